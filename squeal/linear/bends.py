@@ -9,6 +9,8 @@ leaves it at its end.
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +23,8 @@ from squeal.linear.roots import ComplexArray
 from squeal.linear.steps import Step
 from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula
+
+HALVINGS = 8  # of the gap between two values, until a factor is known to stay within its box
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +52,53 @@ class Factor:
         if 4 * curvature * length <= min(map(abs, slopes)):
             return 0.0
         return float(curvature * length**2 / 8)
+
+
+def unseen_factor(system: System, values: Sequence[float]) -> str | None:
+    """The text of a factor that may do between rising values of the free parameter what it does not
+    show at these; None if there is none.
+
+    What a factor shows is the box around its values (real and imaginary part), with a quarter of
+    the box's size more on each side. A peak between two values leaves it.
+    """
+    formulas = {term.factor.text: term.factor for term in system.terms}
+    for text, formula in formulas.items():
+        if system.parameter not in formula.names:
+            continue
+        numbers = [formula.value(system.values() | {system.parameter: value}) for value in values]
+        shown = np.array([[number.real, number.imag] for number in numbers])
+        margin = np.max(np.ptp(shown, axis=0)) / 4
+        box = (shown.min(axis=0) - margin, shown.max(axis=0) + margin)
+        for low, high in itertools.pairwise(values):
+            if not _stays_within(box, formula, system, (low, high), HALVINGS):
+                return text
+    return None
+
+
+def _stays_within(
+    box: tuple[Array, Array],
+    formula: Formula | Modulus | Tabulated,
+    system: System,
+    ends: tuple[float, float],
+    halvings: int,
+) -> bool:
+    """True if a factor stays within a box between two values of the parameter.
+
+    It lies at most max |f''| (high - low)^2 / 8 beside its chord, the error of linear
+    interpolation. Where this bound leaves the box both halves are asked, at most so many times.
+    """
+    low, high = ends
+    curvature = formula.curvature(system.values(), system.parameter, low, high)
+    deviation = curvature * (high - low) ** 2 / 8
+    numbers = [formula.value(system.values() | {system.parameter: end}) for end in ends]
+    at_ends = np.array([[number.real, number.imag] for number in numbers])
+    if np.all(at_ends - deviation >= box[0]) and np.all(at_ends + deviation <= box[1]):
+        return True
+    if not halvings:
+        return False
+    middle = (low + high) / 2
+    halves = ((low, middle), (middle, high))
+    return all(_stays_within(box, formula, system, half, halvings - 1) for half in halves)
 
 
 def factors_of(system: SystemFunction) -> list[Factor]:

@@ -9,6 +9,7 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
 from squeal.errors import InputError
+from squeal.linear.bends import unseen_factor
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems import all_roots
@@ -343,3 +344,40 @@ def test_dampers_without_a_stiffness_lose_stability_where_they_drive():
     found = squeal.thresholds(squeal.System(np.eye(2), C, np.zeros((2, 2))), 2.0)
     assert [crossing.kind for crossing in found.crossings] == ["divergence"] * 2
     assert [crossing.mu for crossing in found.crossings] == pytest.approx([1.0, 1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("factor", "crossings"),
+    [("1/(1 + ((mu - 0.3712)/0.0001)**2)", []), ("mu**2", [0.5])],
+)
+def test_a_large_list_is_not_certified_where_a_factor_peaks_between_values(factor, crossings):
+    """One of 402 rows decays by 1 - 4 f(mu): with the peak it grows from 0.3712 - 1.7e-4 to
+    0.3712 + 1.7e-4 alone, where no value was looked at."""
+    n = 402
+    omega = 4096.0 + 16.0 * np.arange(n)
+    C = {"1": eye_array(n), factor: csc_array(([-4.0], ([50], [50])), shape=(n, n))}
+    system = squeal.System(eye_array(n), C, diags_array(omega**2), parameters={"mu": 0.0})
+    band = ((omega[48] - 8.0) / (2 * np.pi), (omega[52] + 8.0) / (2 * np.pi))
+    found = squeal.thresholds(system, 1.0, band=band)
+    assert [crossing.mu for crossing in found.crossings] == pytest.approx(crossings)
+    assert found.certified == bool(crossings)
+    assert any(factor in doubt for doubt in found.doubts) != bool(crossings)
+
+
+@pytest.mark.parametrize(
+    ("factor", "is_unseen"),
+    [
+        ("3 - 2*mu", False),
+        ("mu*(1 - mu)", False),
+        ("1/mu", False),
+        ("1/(1 + mu)**3", False),
+        ("1 - 2/(1 + ((mu - 0.44)/0.001)**2)", True),
+        ("mu + 1/(1 + ((mu - 0.96)/0.001)**2)", True),
+        ("((mu - 0.44)**2 + 1e-4)**0.5", False),
+    ],
+)
+def test_a_factor_is_unseen_if_it_may_leave_the_values_that_it_shows(factor, is_unseen):
+    one = np.eye(1)
+    system = squeal.System(one, None, {"1": one, factor: one}, parameters={"mu": 0.5})
+    values = np.linspace(0.01, 1.0, 12).tolist()
+    assert (unseen_factor(system, values) is not None) == is_unseen

@@ -19,6 +19,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.linear import CriticalPoint, Crossing, thresholds
+from squeal.linear.bends import unseen_factor
 from squeal.linear.continuation import (
     SMALL_ROWS,
     Continuation,
@@ -420,6 +421,12 @@ def _located_on_reduction(
     if not was_served and system.n <= COUNTED_ROWS and not depends_on_frequency:
         if not unconfirmed:  # a list with unconfirmed events is not certified by any count
             doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints, workers)
+        unseen = unseen_factor(system, sorted({*values, *comparison.midpoints}))
+        if unseen is not None:
+            doubts.append(
+                f"the factor {unseen} may rise and fall between the values of {name} that were "
+                "looked at"
+            )
         certified = not unconfirmed and not doubts
     return _Located(
         points=points,
