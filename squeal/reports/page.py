@@ -229,11 +229,15 @@ def _confidence(report: Findings) -> Iterator[str]:
     limit = f" among {spectrum.extent}" if spectrum.extent else ""
     yield f"{CONFIDENCE[status]}{limit}."
     searched = report.thresholds
-    where = f"{searched.parameter} = {number(searched.low, 4)} to {number(searched.high, 4)}"
+    extent = [searched.low, searched.high]
     if searched.proof and searched.is_proved:
-        rate = number(searched.proof["growth_below"] or 0.0, 2)
-        onset = f"no onset of growth by more than {rate} 1/s from {where} is missing"
-        yield f"Proved too: {onset}{limit}."
+        # a proof may end between the first loss of stability and the end of the range
+        extent = searched.proof["extent"]
+    where = f"{searched.parameter} = {number(extent[0], 4)} to {number(extent[1], 4)}"
+    if searched.proof and searched.is_proved:
+        rate = searched.proof["growth_below"]
+        growth = f" of growth by more than {number(rate, 2)} 1/s" if rate else ""
+        yield f"Proved too: no onset{growth} from {where} is missing{limit}."
     elif searched.certified:
         yield (
             f"Counted too (certified, not proved): no onset from {where} is missing{limit}, "

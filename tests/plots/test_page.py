@@ -15,6 +15,7 @@ from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
 from squeal.plots.campbell import campbell_drawing
 from squeal.plots.damping import COLOURS, damping_drawing
+from squeal.plots.energy import energy_sweep_drawing
 from squeal.queries.meetings import Cure
 from squeal.queries.systems import thresholds as located
 from squeal.reports import page as html
@@ -222,12 +223,14 @@ def test_only_what_is_proved_is_said_to_be():
         spectrum = replace(report.eigenvalues, proof={"status": status})
         losses = replace(
             report.thresholds,
-            proof={"status": status, "growth_below": 1e-6},
+            proof={"status": status, "growth_below": 1e-6, "extent": [0.0, 1.25]},
             certified=status != "open",
         )
         lines = list(html._confidence(replace(report, eigenvalues=spectrum, thresholds=losses)))
         assert lines[0].startswith(word)
-        assert ("Proved too: no onset" in lines[1]) == (status == "proved")
+        # a proof may end before the range does
+        proved = "Proved too: no onset of growth by more than 1e-06 1/s from mu = 0 to 1.25 is"
+        assert lines[1].startswith(proved) == (status == "proved")
         assert ("not proved" in lines[1]) == (status == "counted")
 
 
@@ -564,3 +567,25 @@ def test_a_lone_whirl_that_grows_is_no_flutter_in_words():
     text = f"{html.page(report)} {report.thresholds} {report.eigenvalues}"
     assert "flutter" not in text
     assert "unstable whirl" in text
+
+
+def test_a_term_has_one_colour_in_all_panels_and_the_legend_has_each():
+    """The third mode is fed by another term than the pair."""
+    M = np.eye(3)
+    C = {"1": np.diag([0.2, 0.2, 0.0]), "mu": np.diag([0.0, 0.0, -0.1])}
+    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, 9.0]])
+    friction = np.zeros((3, 3))
+    friction[0, 1] = 4 / 3
+    system = squeal.System(M, C, {"1": K, "mu": friction}, parameters={"mu": 0.4})
+    swept = squeal.energy_sweep(squeal.sweep(system, [0.3, 0.4, 0.5]))
+    figure = energy_sweep_drawing(swept, "pair and one").figure
+    colours: dict[str, set[str]] = {}
+    for axes in figure.axes:
+        for line in axes.lines:
+            label = str(line.get_label())
+            if not label.startswith("_"):  # the line of zero
+                colours.setdefault(label, set()).add(str(line.get_color()))
+    assert {"growth rate", "C: 1", "C: mu"} <= colours.keys()
+    assert all(len(found) == 1 for found in colours.values())
+    assert len(set.union(*colours.values())) == len(colours)
+    assert {text.get_text() for text in figure.legends[0].get_texts()} == colours.keys()
