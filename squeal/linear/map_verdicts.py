@@ -75,8 +75,9 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
 def _errors_may_change_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
     """As `errors_may_change`, by the signs of the invariants of A.
 
-    Open may be whether there is a complex pair, by the discriminant, or whether a root is negative,
-    by a coefficient, where neither a pair nor another coefficient makes the system unstable anyway.
+    It may change in two ways. Whether there is a complex pair is open by the sign of the
+    discriminant, unless A is symmetric. Whether a root is negative is open by the sign of a
+    coefficient, unless a certain pair or another negative coefficient makes it unstable anyway.
     """
     a, b, c, discriminant, is_vague = invariants(
         list(A.reshape(-1, 9).T), errors=list(errors.reshape(-1, 9).T)

@@ -399,8 +399,8 @@ def _errors_of_squares(
 ) -> NDArray[np.float64]:
     """Bounds (m,) of the change of each squared frequency, to first order in that of the entries.
 
-    An entry may lie off by what the digits of its file leave open, and by half a unit in its last
-    place. The square of a mode x then changes by (x^T dK x - square x^T dM x) / (x^T M x); the
+    An entry may lie off by what the digits of its file leave open, and by half an ulp of its
+    double. The square of a mode x then changes by (x^T dK x - square x^T dM x) / (x^T M x); the
     bounds of dK and dM are taken with the absolute values of x. Infinite for a mode without mass.
 
     changes: the parameters at which M and K are taken; shapes (n, m): of the modes.

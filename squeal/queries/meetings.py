@@ -647,11 +647,14 @@ class _Problem:
         return pad_thresholds(source.scene, high, changed_pad, path, step_ends=())
 
     def _basis(self) -> Array | None:
-        """Orthonormal columns (n, k) that hold the real modes and those around; none of few
-        rows."""
+        """Real orthonormal columns (n, k); None where nothing is reduced, as of few rows.
+
+        They span the real modes that were looked at, and the vectors of the `ROOTS` complex roots
+        nearest to each meeting.
+        """
         if not self.is_reduced:
             return None
-        columns = list(self.shapes)
+        blocks = list(self.shapes)  # of columns
         chosen = set()
         for meeting in self.meetings.values():
             omega = float(meeting.omega.mean())
@@ -660,8 +663,8 @@ class _Problem:
             root = self.spectrum.eigenvalues[k]
             for vector in (root.right, root.left):
                 if len(vector):
-                    columns.append(np.array([vector.real, vector.imag]).T)
-        together = np.hstack(columns)
+                    blocks.append(np.array([vector.real, vector.imag]).T)
+        together = np.hstack(blocks)
         left, sizes, _ = np.linalg.svd(
             together / divisor(np.linalg.norm(together, axis=0)), full_matrices=False
         )

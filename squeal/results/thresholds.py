@@ -75,7 +75,7 @@ class Thresholds(Answer):
 
     @property
     def is_proved(self) -> bool:
-        """Whether the referee has proved the whole list."""
+        """Whether the referee has proved the list, up to the end of `extent` in `proof`."""
         return self.proof is not None and self.proof["status"] == "proved"
 
     def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:

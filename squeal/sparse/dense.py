@@ -59,9 +59,9 @@ def dense_values(
     """All finite roots of lambda^2 M + lambda C + K, matrices (n, n) of any kind.
 
     By the standard eigenproblem with the inverse of M, or as a pencil where M is nearly singular.
-    Without damping roots on the imaginary axis are exactly there, and roots of motions that nothing
-    holds are exactly zero. `stiffness` is given if K is the projection of a larger matrix, whose
-    rounding it carries: the norm of that matrix.
+    Of real matrices without damping roots on the imaginary axis are exactly there, and roots of
+    motions that nothing holds are exactly zero. `stiffness` is given if K is the projection of a
+    larger matrix, whose rounding it carries: the norm of that matrix. A pencil makes no use of it.
     """
     damping = _nonzero(C)
     try:
@@ -94,7 +94,8 @@ def dense_values(
     # of roots near zero ranks decide how many are exactly zero, see the head of this module
     if stiffness is not None:
         zeros = _count_zeros(M, damping, K, STIFFNESS_ROUNDING * stiffness)
-    elif np.min(sizes) <= EPS**0.25 * np.max(sizes):  # rounding moves zeros in chains up to here
+    # rounding moves a zero in a Jordan chain of four by up to EPS^(1/4)
+    elif np.min(sizes) <= EPS**0.25 * np.max(sizes):
         zeros = _count_zeros(np.eye(len(M)), B, A, noise_of(A, relative_error))
     else:
         zeros = 0

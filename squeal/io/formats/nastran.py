@@ -52,13 +52,14 @@ def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
 
 
 def _dmig_cards(text: str) -> list[list[str]]:
-    """The fields of each card DMIG, behind its name and with the fields of its continuations."""
+    """The fields behind the word DMIG of each such card, with those of its continuations."""
     cards: list[list[str]] = []
     in_dmig = False  # whether the last card was one
     for full_line in text.splitlines():
         line = full_line.partition("$")[0].rstrip().expandtabs(8).upper()
         name, fields = _card_fields(line)
-        # a name ends with *, a mark of a continuation begins with it, whatever follows
+        # `DMIG*` ends with the star of large fields; a continuation is blank or begins with + or *,
+        # as *ABC does
         continues = not name or name[0] in "+*"
         if not continues:
             in_dmig = name.rstrip(" *") == "DMIG"
