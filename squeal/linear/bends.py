@@ -10,6 +10,7 @@ leaves it at its end.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -24,6 +25,7 @@ from squeal.linear.steps import Step
 from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula
 
+UNSEEN = 0.05
 HALVINGS = 8  # of the gap between two values, until a factor is known to stay within its box
 
 
@@ -55,11 +57,11 @@ class Factor:
 
 
 def unseen_factor(system: System, values: Sequence[float]) -> str | None:
-    """The text of a factor that may do between rising values of the free parameter what it does not
-    show at these; None if there is none.
+    """The text of a factor that may rise and fall between two neighbours of rising values of the
+    free parameter; None if there is none.
 
-    What a factor shows is the box around its values (real and imaginary part), with a quarter of
-    the box's size more on each side. A peak between two values leaves it.
+    It does if it leaves the box around its values at both (real and imaginary part) by more than
+    a share `UNSEEN` of its range over all values.
     """
     formulas = {term.factor.text: term.factor for term in system.terms}
     for text, formula in formulas.items():
@@ -67,10 +69,12 @@ def unseen_factor(system: System, values: Sequence[float]) -> str | None:
             continue
         numbers = [formula.value(system.values() | {system.parameter: value}) for value in values]
         shown = np.array([[number.real, number.imag] for number in numbers])
-        margin = np.max(np.ptp(shown, axis=0)) / 4
-        box = (shown.min(axis=0) - margin, shown.max(axis=0) + margin)
-        for low, high in itertools.pairwise(values):
-            if not _stays_within(box, formula, system, (low, high), HALVINGS):
+        margin = UNSEEN * np.max(np.ptp(shown, axis=0))
+        for at_ends, ends in zip(
+            itertools.pairwise(shown), itertools.pairwise(values), strict=True
+        ):
+            box = (np.min(at_ends, axis=0) - margin, np.max(at_ends, axis=0) + margin)
+            if not _stays_within(box, formula, system, ends, HALVINGS):
                 return text
     return None
 
@@ -86,12 +90,15 @@ def _stays_within(
 
     It lies at most max |f''| (high - low)^2 / 8 beside its chord, the error of linear
     interpolation. Where this bound leaves the box both halves are asked, at most so many times.
+    Without a bound (inf), as of mu**1.5 from 0, the values at all ends decide.
     """
     low, high = ends
     curvature = formula.curvature(system.values(), system.parameter, low, high)
     deviation = curvature * (high - low) ** 2 / 8
     numbers = [formula.value(system.values() | {system.parameter: end}) for end in ends]
     at_ends = np.array([[number.real, number.imag] for number in numbers])
+    if not halvings and math.isinf(deviation):
+        deviation = 0.0
     if np.all(at_ends - deviation >= box[0]) and np.all(at_ends + deviation <= box[1]):
         return True
     if not halvings:

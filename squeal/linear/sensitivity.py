@@ -272,8 +272,8 @@ def _quotient_at(at: Singular, matrices: MCK) -> _Quotient:
     Pprime_x = inertia(matrices, z, x)
     weight = np.vdot(y, Pprime_x)
     real_mode = _real_mode_products(matrices[0], z, x, y)
-    # the sizes of terms alone may vanish with the weight, as of x = e1, y = e2 and M = 1; those of a
-    # real mode do not
+    # the sizes of terms alone may vanish with the weight, as of x = e1, y = e2 and M = 1; that of a
+    # real mode does not
     if abs(weight) > ONE_ROOT * max(real_mode, _term_sizes(inertia, matrices, z, x, y)):
         return _Quotient(at, weight)
     M, C, K = (None if matrix is None else matrix.conj().T for matrix in matrices)

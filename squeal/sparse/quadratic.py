@@ -30,7 +30,7 @@ Indices = NDArray[np.intp]
 LEAST_BACKWARD_ERROR = 8 * EPS  # backward error that a computed root has at least
 LOST = 0.1
 """A fast root that rounding moves by this share of its size may be one at infinity."""
-MIXED = 0.05
+MIXED = 0.1
 """Roots that rounding moves by this share of their distance may be parts of one multiple root."""
 ALONE = 1e-3
 """A root without another one within this share of its size is not a multiple one."""

@@ -373,11 +373,16 @@ def test_a_large_list_is_not_certified_where_a_factor_peaks_between_values(facto
         ("1/(1 + mu)**3", False),
         ("1 - 2/(1 + ((mu - 0.44)/0.001)**2)", True),
         ("mu + 1/(1 + ((mu - 0.96)/0.001)**2)", True),
-        ("((mu - 0.44)**2 + 1e-4)**0.5", False),
+        ("mu + 0.24/(1 + ((mu - 0.9612)/0.002)**2)", True),
+        ("mu**1.5", False),
+        ("mu**0.5", False),
+        ("mu/(1 + mu)", False),
+        ("((mu - 0.46)**2 + 1e-4)**0.5", False),
     ],
 )
 def test_a_factor_is_unseen_if_it_may_leave_the_values_that_it_shows(factor, is_unseen):
     one = np.eye(1)
     system = squeal.System(one, None, {"1": one, factor: one}, parameters={"mu": 0.5})
-    values = np.linspace(0.01, 1.0, 12).tolist()
+    least = 0.01 if factor == "1/mu" else 0.0
+    values = np.linspace(least, 1.0, 12).tolist()
     assert (unseen_factor(system, values) is not None) == is_unseen
