@@ -29,6 +29,7 @@ import yaml
 
 from squeal.errors import InputError, InputWarning, meant, within_doubles
 from squeal.numerics.differentiation import Formula
+from squeal.numerics.threads import threads_of_a_verb
 
 Value = Any
 """Whatever a file or a caller gives, and what it is converted to."""
@@ -598,7 +599,8 @@ def public(function: _Function) -> _Function:
     """Decorate a function of the interface: check its arguments, and turn overflows into errors.
 
     It raises InputError for arguments that are not as annotated, see `kind_of`, and
-    ComputationError where numbers leave the range of doubles.
+    ComputationError where numbers leave the range of doubles. The function computes with the
+    threads of `threads_of_a_verb`.
     """
     declared = signature(function)
     parameters = declared.parameters
@@ -616,7 +618,8 @@ def public(function: _Function) -> _Function:
             is_default = value is parameters[name].default  # which may be None whatever the hint
             if hint not in (Any, object) and not is_default:
                 call.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
-        with within_doubles():  # changes of context variables do not outlive the call
+        with threads_of_a_verb(), within_doubles():
+            # changes of context variables do not outlive the call
             return copy_context().run(function, *call.args, **call.kwargs)
 
     return checked  # type: ignore[return-value]

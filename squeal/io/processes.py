@@ -7,13 +7,14 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from functools import lru_cache, partial
 from multiprocessing import get_context, parent_process
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from squeal.errors import ComputationError
 from squeal.io.writing import remaining
+from squeal.numerics.threads import one_thread
 
 if TYPE_CHECKING:
     from multiprocessing.queues import SimpleQueue
@@ -100,14 +101,6 @@ def counted(
             last_report = time.monotonic()
             tell(f"{done} of {count} {what}, {remaining(begun, done, count)}")
         yield result
-
-
-def one_thread() -> AbstractContextManager[object]:
-    """A context with one thread of BLAS, in which the rounding of sums depends on nothing else."""
-    import scipy.linalg  # noqa: F401  # loads its own BLAS, which else would keep its threads
-    from threadpoolctl import threadpool_limits
-
-    return threadpool_limits(1)
 
 
 def _begin(sent: "SimpleQueue[bytes]") -> None:

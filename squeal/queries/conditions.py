@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, meant
-from squeal.io.processes import counted, one_thread
+from squeal.io.processes import counted
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, values_of
@@ -155,18 +155,17 @@ class _Solved(NamedTuple):
 
 
 def _solve_all(solve: Callable[[Changes], _Solved], grid: Sequence[Changes]) -> Iterator[_Solved]:
-    """Solve a pad or a system at each condition, with one thread of BLAS.
+    """Solve a pad or a system at each condition.
 
     A condition that cannot be solved, as without an equilibrium, has a reason and no modes.
     """
-    with one_thread():
-        for changes in grid:
-            try:
-                with Place("conditions", at_parameters(changes)).named():
-                    solved = solve(changes)
-            except ComputationError as error:
-                solved = _Solved(Condition(changes, reason=str(error)), ())
-            yield solved
+    for changes in grid:
+        try:
+            with Place("conditions", at_parameters(changes)).named():
+                solved = solve(changes)
+        except ComputationError as error:
+            solved = _Solved(Condition(changes, reason=str(error)), ())
+        yield solved
 
 
 def _pad_condition(scene: Scene, changes: Changes) -> _Solved:

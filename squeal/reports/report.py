@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.processes import one_thread
 from squeal.io.scene import Scene
 from squeal.io.writing import write_text
 from squeal.queries.check import check
@@ -122,40 +121,39 @@ def report(
     """
     options: Any = {"band": band, "memory": memory, "progress": progress}
     end = upper_end(subject, high)
-    with one_thread():  # on matrices of a few dozen rows threads wait for each other
-        # the thresholds are the first answer, since they refuse some subjects that the others take
-        losses = thresholds(subject, end, low, **options)
-        spectrum = eigenvalues(subject, **options)
-        if low is not None and spectrum.value < low:
-            most = f"at most {spectrum.value:g}, the present {losses.parameter}"
-            raise InputError(f"low: {low:g} is not allowed; it must be {most}")
-        rotor = _critical_speeds(subject, losses, band, memory)
-        # modes get the numbers of the chart before any further answer names them
-        chart = _chart(losses, spectrum.value, rotor is not None)
-        paths = Paths(chart)
-        spectrum = paths.numbered(spectrum)
-        of_modes = sensitivity(subject, known=spectrum)
-        of_onset = None
-        with suppress(ComputationError):  # several modes are lost at once
-            of_onset = sensitivity(subject, of="threshold", known=losses)
-        spectrum = spectrum.with_onsets(losses)
-        outside = _thresholds_outside(subject, spectrum, losses, options)
-        with_change = search_options(spectrum, losses, options)
-        return Report(
-            name=spectrum.name,
-            eigenvalues=spectrum,
-            thresholds=losses,
-            sensitivity=of_modes,
-            onset=of_onset,
-            check=None if isinstance(subject, Scene) else check(subject),
-            energy=energy(spectrum, parts),
-            search=find_remedies(spectrum, of_modes, end, options, with_change),
-            cures=find_meetings(spectrum, options, losses.low, end, paths, with_change),
-            bound=keep_below(spectrum, losses, outside, options),
-            chart=chart,
-            subject=subject,
-            critical=rotor,
-        )
+    # the thresholds are the first answer, since they refuse some subjects that the others take
+    losses = thresholds(subject, end, low, **options)
+    spectrum = eigenvalues(subject, **options)
+    if low is not None and spectrum.value < low:
+        most = f"at most {spectrum.value:g}, the present {losses.parameter}"
+        raise InputError(f"low: {low:g} is not allowed; it must be {most}")
+    rotor = _critical_speeds(subject, losses, band, memory)
+    # modes get the numbers of the chart before any further answer names them
+    chart = _chart(losses, spectrum.value, rotor is not None)
+    paths = Paths(chart)
+    spectrum = paths.numbered(spectrum)
+    of_modes = sensitivity(subject, known=spectrum)
+    of_onset = None
+    with suppress(ComputationError):  # several modes are lost at once
+        of_onset = sensitivity(subject, of="threshold", known=losses)
+    spectrum = spectrum.with_onsets(losses)
+    outside = _thresholds_outside(subject, spectrum, losses, options)
+    with_change = search_options(spectrum, losses, options)
+    return Report(
+        name=spectrum.name,
+        eigenvalues=spectrum,
+        thresholds=losses,
+        sensitivity=of_modes,
+        onset=of_onset,
+        check=None if isinstance(subject, Scene) else check(subject),
+        energy=energy(spectrum, parts),
+        search=find_remedies(spectrum, of_modes, end, options, with_change),
+        cures=find_meetings(spectrum, options, losses.low, end, paths, with_change),
+        bound=keep_below(spectrum, losses, outside, options),
+        chart=chart,
+        subject=subject,
+        critical=rotor,
+    )
 
 
 def _chart(searched: Thresholds, value: float, is_rotor: bool) -> Sweep:

@@ -181,11 +181,27 @@ def test_set_takes_everything_that_a_file_may_say(capsys):
     assert system["critical"] != answer(capsys, "critical-friction", DRUM)["critical"]
 
 
-def test_a_command_computes_with_one_thread_of_blas():
-    lines = ["from squeal.cli.main import main", "main(['--version'])"]
-    lines += ["import numpy, threadpoolctl", "pools = threadpoolctl.threadpool_info()"]
-    lines.append("print([pool['num_threads'] for pool in pools if pool['user_api'] == 'blas'])")
+COMMAND = """
+from squeal.cli.main import main
+main(["--version"])
+import numpy
+print(threads())
+"""
+VERB = """
+import scipy.linalg
+from squeal.schema import public
+print(public(threads)())
+"""
+
+
+@pytest.mark.parametrize("script", [COMMAND, VERB], ids=["command", "verb"])
+def test_a_command_and_a_verb_compute_with_one_thread_of_blas(script):
+    threads = """
+def threads():
+    from threadpoolctl import threadpool_info
+    return {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+"""
     environment = {key: value for key, value in os.environ.items() if "_NUM_THREADS" not in key}
-    words = [sys.executable, "-c", "\n".join(lines)]
+    words = [sys.executable, "-c", threads + script]
     done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[1]"
+    assert done.stdout.splitlines()[-1] == "{1}"

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.errors import InputError, InputWarning
-from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.eigen import Eigenvalue
@@ -86,8 +85,7 @@ def reduced_for(
     middle = values[len(values) // 2]
     region = _region_of(scaled, selection, middle)
     if method == "modal" and not system.follows:
-        with one_thread():
-            first_look = FirstLook(scaled, region, values).build()
+        first_look = FirstLook(scaled, region, values).build()
         if not first_look.is_complete:
             warnings.warn(
                 f"real modes up to {first_look.reach / math.tau:.4g} Hz and their corrections may "
@@ -137,7 +135,7 @@ def first_look_for_thresholds(
         return None
     # the first look fails where the matrices have no value without friction or no mass (InputError)
     # or are singular there (ZeroDivisionError), and for a motion without mass (LinAlgError)
-    with one_thread(), suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
+    with suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
         is_damped = problem_class_of(matrices) is ProblemClass.DAMPED
