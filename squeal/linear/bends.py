@@ -13,6 +13,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -26,34 +27,85 @@ from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula
 
 UNSEEN = 0.05
+"""Between two values: of the range of a factor over all values, what is neglected."""
+NEGLIGIBLE = 1e-6  # ... of its size, which the range of a constant factor is not
 HALVINGS = 8  # of the gap between two values, until a factor is known to stay within its box
 
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """A factor of terms as a function of the free parameter.
+    """A factor of terms of a system as a function of the free parameter."""
 
-    name: of the parameter; values: of all parameters; change: what it multiplies in M, C and K.
-    """
-
+    system: System
     formula: Formula | Modulus | Tabulated
-    name: str
-    values: dict[str, float]
-    change: MCK
 
-    def deviation(self, low: float, high: float) -> float:
+    @cached_property
+    def change(self) -> MCK:
+        """What it multiplies in M, C and K: the sums of the matrices of its terms."""
+        sums = [np.zeros((self.system.n, self.system.n)) for _ in self.system.parts]
+        for i, terms in enumerate(self.system.parts):
+            for term in terms:
+                if term.factor.text == self.formula.text:
+                    sums[i] = sums[i] + dense(term.matrix)
+        return sums[0], sums[1], sums[2]
+
+    def points(self, values: Sequence[float]) -> Array:
+        """The factor at m values of the parameter, real and imaginary part as columns (m, 2)."""
+        name = self.system.parameter
+        numbers = [self.formula.value(self.system.values() | {name: value}) for value in values]
+        return np.array([[number.real, number.imag] for number in numbers])
+
+    def chord_error(self, low: float, high: float) -> float:
         """How far the factor may lie from its chord between two values of the parameter.
 
-        It is the error of linear interpolation, max |f''| (high - low)^2 / 8. 0 if the slope
-        changes by a quarter of itself at most, so that roots move as by a straight factor; inf if
-        no bound is known.
+        It is the error of linear interpolation, max |f''| (high - low)^2 / 8; inf if no bound is
+        known.
         """
-        curvature = self.formula.curvature(self.values, self.name, low, high)
-        slopes = [self.formula.slope(self.values | {self.name: p}, self.name) for p in (low, high)]
-        length = high - low
-        if 4 * curvature * length <= min(map(abs, slopes)):
+        values = self.system.values()
+        curvature = self.formula.curvature(values, self.system.parameter, low, high)
+        return float(curvature * (high - low) ** 2 / 8)
+
+    def deviation(self, low: float, high: float) -> float:
+        """As `chord_error`, but 0 if the slope changes by a quarter of itself at most, so that
+        roots move as by a straight factor."""
+        error = self.chord_error(low, high)
+        name = self.system.parameter
+        values = self.system.values()
+        slopes = [self.formula.slope(values | {name: p}, name) for p in (low, high)]
+        if 32 * error <= (high - low) * min(map(abs, slopes)):
             return 0.0
-        return float(curvature * length**2 / 8)
+        return error
+
+    def stays_within(
+        self, box: tuple[Array, Array], ends: tuple[float, float], halvings: int = HALVINGS
+    ) -> bool:
+        """True if the factor stays within a box between two values of the parameter.
+
+        Where its values at both, and how far it may lie from the chord, leave the box both halves
+        are asked, at most so many times. Without a bound (inf), as of mu**1.5 from 0, the values at
+        all ends decide.
+        """
+        low, high = ends
+        error = self.chord_error(low, high)
+        at_ends = self.points(ends)
+        if not halvings and math.isinf(error):
+            error = 0.0
+        if np.all(at_ends - error >= box[0]) and np.all(at_ends + error <= box[1]):
+            return True
+        if not halvings:
+            return False
+        middle = (low + high) / 2
+        halves = ((low, middle), (middle, high))
+        return all(self.stays_within(box, half, halvings - 1) for half in halves)
+
+
+def factors_of(system: SystemFunction) -> list[Factor]:
+    """The factors that depend on the free parameter, each once; none of a plain function."""
+    if not isinstance(system, System):
+        return []
+    formulas = {term.factor.text: term.factor for term in system.terms}
+    depending = [formula for formula in formulas.values() if system.parameter in formula.names]
+    return [Factor(system, formula) for formula in depending]
 
 
 def unseen_factor(system: System, values: Sequence[float]) -> str | None:
@@ -61,73 +113,18 @@ def unseen_factor(system: System, values: Sequence[float]) -> str | None:
     free parameter; None if there is none.
 
     It does if it leaves the box around its values at both (real and imaginary part) by more than
-    a share `UNSEEN` of its range over all values.
+    the larger of a share `UNSEEN` of its range over all values and a share `NEGLIGIBLE` of itself.
     """
-    formulas = {term.factor.text: term.factor for term in system.terms}
-    for text, formula in formulas.items():
-        if system.parameter not in formula.names:
-            continue
-        numbers = [formula.value(system.values() | {system.parameter: value}) for value in values]
-        shown = np.array([[number.real, number.imag] for number in numbers])
-        margin = UNSEEN * np.max(np.ptp(shown, axis=0))
+    for factor in factors_of(system):
+        shown = factor.points(values)
+        margin = max(UNSEEN * np.ptp(shown, axis=0).max(), NEGLIGIBLE * np.abs(shown).max())
         for at_ends, ends in zip(
             itertools.pairwise(shown), itertools.pairwise(values), strict=True
         ):
             box = (np.min(at_ends, axis=0) - margin, np.max(at_ends, axis=0) + margin)
-            if not _stays_within(box, formula, system, ends, HALVINGS):
-                return text
+            if not factor.stays_within(box, ends):
+                return factor.formula.text
     return None
-
-
-def _stays_within(
-    box: tuple[Array, Array],
-    formula: Formula | Modulus | Tabulated,
-    system: System,
-    ends: tuple[float, float],
-    halvings: int,
-) -> bool:
-    """True if a factor stays within a box between two values of the parameter.
-
-    It lies at most max |f''| (high - low)^2 / 8 beside its chord, the error of linear
-    interpolation. Where this bound leaves the box both halves are asked, at most so many times.
-    Without a bound (inf), as of mu**1.5 from 0, the values at all ends decide.
-    """
-    low, high = ends
-    curvature = formula.curvature(system.values(), system.parameter, low, high)
-    deviation = curvature * (high - low) ** 2 / 8
-    numbers = [formula.value(system.values() | {system.parameter: end}) for end in ends]
-    at_ends = np.array([[number.real, number.imag] for number in numbers])
-    if not halvings and math.isinf(deviation):
-        deviation = 0.0
-    if np.all(at_ends - deviation >= box[0]) and np.all(at_ends + deviation <= box[1]):
-        return True
-    if not halvings:
-        return False
-    middle = (low + high) / 2
-    halves = ((low, middle), (middle, high))
-    return all(_stays_within(box, formula, system, half, halvings - 1) for half in halves)
-
-
-def factors_of(system: SystemFunction) -> list[Factor]:
-    """The factors that depend on the free parameter, each once; none of a plain function.
-
-    Each multiplies the sum of the matrices of its terms, for M, C and K.
-    """
-    if not isinstance(system, System):
-        return []
-    formulas = {term.factor.text: term.factor for term in system.terms}
-    factors = []
-    for text, formula in formulas.items():
-        if system.parameter not in formula.names:
-            continue
-        sums = [np.zeros((system.n, system.n)) for _ in system.parts]
-        for i, terms in enumerate(system.parts):
-            for term in terms:
-                if term.factor.text == text:
-                    sums[i] = sums[i] + dense(term.matrix)
-        change = (sums[0], sums[1], sums[2])
-        factors.append(Factor(formula, system.parameter, system.values(), change))
-    return factors
 
 
 def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool:

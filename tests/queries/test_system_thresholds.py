@@ -377,6 +377,10 @@ def test_a_large_list_is_not_certified_where_a_factor_peaks_between_values(facto
         ("mu**1.5", False),
         ("mu**0.5", False),
         ("mu/(1 + mu)", False),
+        ("(1 + mu)/(1 + mu)*2", False),
+        ("(1 + mu)*(1/(1 + mu))", False),
+        ("(2 + mu)**0.5/(2 + mu)**0.5", False),
+        ("2 + 1e-5/(1 + ((mu - 0.44)/0.001)**2)", True),
         ("((mu - 0.46)**2 + 1e-4)**0.5", False),
     ],
 )
