@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy import sparse
@@ -122,6 +123,51 @@ def test_what_hangs_on_the_rounding_of_a_mass_has_no_verdict(M, C, K, prove, sti
     if prove is None and len(M) == 90:
         assert "of the growth rates no bound is proved" in str(found)
     assert squeal.sweep(system, [1.0]).steps[0].verdict is None
+
+
+def fluttering(n, damping, seed):
+    """Rows of which two exchange energy, the last one without mass but for rounding."""
+    M, C, K = without_last_mass(n, damping)
+    K[:2, :2] += [[0.0, 3.5], [-3.5, 0.0]]
+    Q, _ = np.linalg.qr(np.random.default_rng(seed).standard_normal((n, n)))
+    M = Q.T @ M @ Q
+    return (M + M.T) / 2, Q.T @ C @ Q, Q.T @ K @ Q
+
+
+def fastest_kinds(M, C, K):
+    """What grows fastest where the last entry of M is an ulp less, as given, or more: of 60 digits,
+    as a root may be 1e15 times as fast as another."""
+    n = len(M)
+    kinds = set()
+    with mp.workdps(60):
+        for last in (np.nextafter(M[-1, -1], -np.inf), M[-1, -1], np.nextafter(M[-1, -1], np.inf)):
+            changed = mp.matrix(M.tolist())
+            changed[n - 1, n - 1] = mp.mpf(float(last))
+            inverse = mp.inverse(changed)
+            A = mp.zeros(2 * n)
+            A[:n, n:] = mp.eye(n)
+            A[n:, :n] = -inverse * mp.matrix(K.tolist())
+            A[n:, n:] = -inverse * mp.matrix(C.tolist())
+            fastest = max(mp.eig(A, left=False, right=False), key=lambda root: root.real)
+            kinds.add("flutter" if abs(fastest.imag) > 1e-9 else "divergence")
+    return kinds
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.02])
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("prove", [None, False])
+def test_growth_is_no_verdict_where_the_rounding_of_a_mass_may_add_faster_growth(
+    damping, seed, prove
+):
+    parts = fluttering(4, damping, seed)
+    if seed in (0, 2):  # of which rounding takes the mass to be negative
+        assert fastest_kinds(*parts) == {"divergence"}
+    if seed == 3:
+        assert fastest_kinds(*parts) == {"flutter", "divergence"}
+    found = squeal.eigenvalues(squeal.System(*parts), prove=prove)
+    assert (found.verdict, found.certified) == (None, False)
+    assert "roots are listed, there may be up to 8" in found.criterion
+    assert [mode.kind for mode in found.unstable] == ["flutter"]  # which grows whatever the mass
 
 
 @pytest.mark.parametrize("n", [1, 30])
