@@ -3,10 +3,10 @@
 `python -m benchmarks.refute [--count 1800] [--start 0] [--seed 0] [--rows 30] [--family NAME]`
 prints for each family how many answers are proved, certified, right without either, open, wrong,
 and wrong although certified or proved. Each system has a seed of its own, so that `--start 40000`
-goes on where 40,000 systems were asked. Of wrong answers (a root dropped, doubled or moved by ten
-errors, another verdict, a threshold dropped or added) it prints how many the referee refutes. The
-exit status is 1 for any contradiction: a wrong answer that is certified or proved, a right one
-that is refuted, exact roots beside the enclosure or beside what is known. Needs python-flint.
+goes on where 40,000 systems were asked. Of wrong answers (a root dropped or doubled, another
+verdict, a threshold dropped or added) it prints how many the referee refutes. The exit status is 1
+for any contradiction: a wrong answer that is certified or proved, a right one that is refuted,
+exact roots beside the enclosure or beside what is known. Needs python-flint.
 
 Entries are short dyadic numbers, and what hides a structure (permutations, integer row operations)
 is exact in doubles. So the answer belongs to the very numbers that are asked, and no rounding of
@@ -39,7 +39,7 @@ from squeal.proof.enclosure import components
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Piece, growing_counts
 from squeal.proof.ranges import RangeProof, Term, Terms
-from squeal.proof.referee import Finding, RootList, enclosed, judge_finding, prove_roots
+from squeal.proof.referee import Finding, enclosed, judge_finding, prove_roots
 from tests.proof.families import FAMILIES as OF_VALUES
 from tests.proof.families import Known, sample
 
@@ -390,12 +390,6 @@ FAMILIES = (*OF_VALUES, *OVER_MU)
 # Judging an answer at a value
 
 
-def answer_of(system: Known) -> RootList:
-    """The right answer, with generous errors."""
-    errors = 1e-8 * np.abs(system.roots) + 1e-11
-    return RootList(system.roots, errors, system.verdict)
-
-
 def exact_pieces(given: Quadratic) -> list[Piece] | None:
     """Exact roots of all components; None where one has too many rows."""
     pieces = []
@@ -420,30 +414,25 @@ def contradictions(system: Known, given: Quadratic) -> list[str]:
     if growing_counts(pieces) != (system.growing, system.growing):
         found.append("exact count")
     centres = np.array([piece.centres[0] for piece in pieces])
-    radii = np.array([piece.radii[0] for piece in pieces])
-    exact = RootList(centres, radii, system.verdict)
     for data in (AS_GIVEN, HALF_ULP):
         ball = Quadratic.of(given.M.mid, given.C.mid, given.K.mid, data)
-        if judge_finding(enclosed(ball), exact).status == "refuted":
+        if judge_finding(enclosed(ball), centres, system.verdict).status == "refuted":
             found.append(f"exact roots, {data}")
-    if judge_finding(Finding([pieces], AS_GIVEN), answer_of(system)).status == "refuted":
+    of_exact = judge_finding(Finding([pieces], AS_GIVEN), system.roots, system.verdict)
+    if of_exact.status == "refuted":
         found.append("known roots")
     return found
 
 
-def wrong_lists(system: Known, errors: Array, rng: Rng) -> dict[str, RootList]:
-    """Wrong answers: a root dropped, doubled or moved by ten errors, another verdict."""
+def wrong_lists(system: Known, rng: Rng) -> dict[str, tuple[NDArray, str | None]]:
+    """Wrong answers, roots and a verdict: a root dropped or doubled, another verdict."""
     roots = system.roots
-    errors = np.maximum(errors, 1e-15 * np.abs(roots))
     k = int(rng.integers(len(roots)))
-    moved = roots.copy()
-    moved[k] += 10.0 * errors[k] * np.exp(2j * np.pi * rng.random())
     other = [verdict for verdict in VERDICTS if verdict != system.verdict]
     return {
-        "root dropped": RootList(np.delete(roots, k), np.delete(errors, k), system.verdict),
-        "root moved": RootList(moved, errors, system.verdict),
-        "root doubled": RootList(np.append(roots, roots[k]), np.append(errors, errors[k])),
-        "other verdict": RootList(roots, errors, str(rng.choice(other))),
+        "root dropped": (np.delete(roots, k), system.verdict),
+        "root doubled": (np.append(roots, roots[k]), None),
+        "other verdict": (roots, str(rng.choice(other))),
     }
 
 
@@ -460,12 +449,12 @@ def at_a_value(system: Known, rng: Rng) -> Outcome:
     """What is answered of a list and its verdict, by the public function and by the referee."""
     given = Quadratic.of(system.M, system.C, system.K)
     faults = contradictions(system, given)
-    right = prove_roots(given, answer_of(system))
+    right = prove_roots(given, system.roots, system.verdict)
     if right.status == "refuted":
         faults.append(f"right answer refuted: {right.reason}")
     mutants = Counter[str]()
-    for name, wrong in wrong_lists(system, right.errors, rng).items():
-        status = prove_roots(given, wrong).status
+    for name, (roots, verdict) in wrong_lists(system, rng).items():
+        status = prove_roots(given, roots, verdict).status
         mutants[f"{name} {status}"] += 1
         if status == "proved":
             faults.append(f"wrong answer proved: {name}")
@@ -475,7 +464,7 @@ def at_a_value(system: Known, rng: Rng) -> Outcome:
         return Outcome("open", str(error), faults, mutants)
     values = np.array([root.value for root in answer.eigenvalues], complex)
     errors = np.array([math.inf if r.error is None else r.error for r in answer.eigenvalues], float)
-    judged = prove_roots(given, RootList(values, errors, answer.verdict)).status
+    judged = prove_roots(given, values, answer.verdict).status
     listed = has_roots(values, errors, system.roots)
     said = f"{answer.verdict}, {system.verdict} is true; roots {'' if listed else 'not '}listed"
     if not listed or answer.verdict not in (None, system.verdict):

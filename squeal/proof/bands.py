@@ -104,8 +104,8 @@ def judge_modes(
     Returns
     -------
     Proof
-        `proved`, `open` or `refuted`, with a bound of the distance of each printed root from a root
-        (m,) and, unless refuted, the pieces that overlap the range.
+        `proved`, `open` or `refuted`; unless refuted with the pieces that overlap the range, and
+        with those that match the printed roots.
     """
     roots = np.asarray(values, dtype=complex).reshape(-1)
     pieces = []
@@ -117,9 +117,6 @@ def judge_modes(
         return Proof("refuted", by="enclosure", reason="no root is there", where=where)
     piece_numbers = _nearest_pieces(roots, pieces)
     nearest = [pieces[number] for number in piece_numbers.tolist()]
-    errors = np.zeros(len(roots))
-    for i, piece in enumerate(nearest):
-        errors[i] = piece.distance_bound(roots[i])
     open_reason = ""
     open_at: complex | None = None  # the centre of a disc of the last piece that leaves it open
     for number, piece in enumerate(pieces):
@@ -134,7 +131,7 @@ def judge_modes(
         elif is_counted and listed < piece.count and _overlap(piece, low, high, rate).all:
             reason = "a root is missing"
         if reason:
-            return Proof("refuted", by="enclosure", reason=reason, where=centre, errors=errors)
+            return Proof("refuted", by="enclosure", reason=reason, where=centre)
         if not is_counted or listed < piece.count:
             open_reason = "a root may lie on either side of the band's end"
             open_at = centre
@@ -147,7 +144,6 @@ def judge_modes(
         growth_below=growth_bound(pieces),
         reason=open_reason,
         where=open_at,
-        errors=errors,
         pieces=tuple(pieces),
         matches=tuple((piece,) for piece in nearest),
     )

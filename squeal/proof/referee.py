@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.proof import AS_GIVEN
-from squeal.proof.balls import Floats, Quadratic, upper
+from squeal.proof.balls import Floats, Quadratic
 from squeal.proof.enclosure import components, enclose, scaled
 from squeal.proof.free import with_free_motions
 from squeal.proof.pieces import (
@@ -28,31 +28,6 @@ Status = Literal["proved", "open", "refuted"]
 LAST_DIGITS = "the answer hangs on the last digits of the entries"
 NOT_TOLD_APART = "listed values cannot be told apart"
 FREE = "free motions neither grow nor decay as far as the entries say"
-
-
-@dataclass(frozen=True, eq=False)
-class RootList:
-    """The printed roots of a system, all finite ones.
-
-    Attributes
-    ----------
-    values : ndarray (m,)
-        Roots, rad/s, each as often as it is one.
-    errors : ndarray (m,)
-        How far each may lie from a root of the system, rad/s.
-    verdict : str or None
-        `stable`, `marginal`, `flutter` or `divergence`; None if none is given.
-    """
-
-    values: NDArray[np.complex128]
-    errors: Floats
-    verdict: str | None = None
-
-    @staticmethod
-    def of(values: ArrayLike, errors: ArrayLike, verdict: str | None = None) -> RootList:
-        """The list of array-likes (m,). Raises ValueError if they differ in length."""
-        roots = np.asarray(values, dtype=complex).reshape(-1)
-        return RootList(roots, np.broadcast_to(np.asarray(errors, float), roots.shape), verdict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +48,6 @@ class Proof:
         Why the answer is open or refuted, empty if it is proved.
     where : complex or float or None
         The root or the value of the parameter at which it is.
-    errors : ndarray (m,)
-        Proved distance of each listed value from a root of its own, rad/s; inf if none is proved.
     verdicts : frozenset of str
         The verdicts that are possible.
     pieces : tuple of Piece
@@ -89,7 +62,6 @@ class Proof:
     data: str = AS_GIVEN
     reason: str = ""
     where: complex | float | None = None
-    errors: Floats = field(default_factory=lambda: np.zeros(0), repr=False)
     verdicts: frozenset[str] = frozenset()
     pieces: tuple[Piece, ...] = field(default=(), repr=False)
     matches: tuple[tuple[Piece, ...], ...] = field(default=(), repr=False)
@@ -202,13 +174,13 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
     return Finding(parts, data)
 
 
-def prove_roots(system: Quadratic, answer: RootList) -> Proof:
+def prove_roots(system: Quadratic, values: ArrayLike, verdict: str | None = None) -> Proof:
     """Whether a list of all roots, and the verdict on them, is right.
 
-    Proved is that each listed value has a root of its own within its error, that there are no
+    Proved is that each listed value has a root of its own among its `matches`, that there are no
     other finite roots, and that the verdict is the only possible one: for every system in the
     balls, or for their midpoints, as `data` of the result says. Refuted is what no system in the
-    balls allows.
+    balls allows. How far a value lies from its root is left to the caller, who knows the matches.
 
     Enclosures come first; what they leave open is asked of the exact roots of the given doubles.
 
@@ -216,21 +188,23 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     ----------
     system : Quadratic
         The matrices as given.
-    answer : RootList
-        What is printed of them.
+    values : array_like (m,)
+        All finite roots as printed, rad/s, each as often as it is one.
+    verdict : str, optional
+        `stable`, `marginal`, `flutter` or `divergence` as printed.
 
     Examples
     --------
     >>> system = Quadratic.of([[1.0]], [[0.5]], [[4.0]], "half an ulp")
     >>> roots = [-0.25 + 1.984j, -0.25 - 1.984j]
-    >>> proof = prove_roots(system, RootList.of(roots, 1e-3, "stable"))
+    >>> proof = prove_roots(system, roots, "stable")
     >>> proof.status, proof.by, proof.growth_below
     ('proved', 'enclosure', 0.0)
-    >>> prove_roots(system, RootList.of(roots, 1e-6, "stable")).reason
-    'no root lies within the error of a listed one'
+    >>> prove_roots(system, [*roots, roots[0]]).reason
+    '3 roots are listed, there are 2'
     """
     finding = _with_free_motions(system, enclosed(system))
-    proof = judge_finding(finding, answer)
+    proof = judge_finding(finding, values, verdict)
     if proof.status == "refuted":
         return proof
     # a proved list still goes on to the exact roots if several verdicts are possible (none is
@@ -241,7 +215,7 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     if proof.status == "proved" and is_settled:
         return proof
     exact = _made_exact(system, finding)
-    exact_proof = judge_finding(exact, answer)
+    exact_proof = judge_finding(exact, values, verdict)
     # exact roots are those of the given doubles, which other `data` may not mean
     if exact_proof.status != "refuted" or exact_proof.data == system.data:
         return exact_proof
@@ -252,7 +226,6 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
             status="open",
             reason=FREE,
             where=exact_proof.where,
-            errors=exact_proof.errors,
             matches=exact_proof.matches,
         )
     return replace(exact_proof, status="open", reason=f"{LAST_DIGITS}: {exact_proof.reason}")
@@ -315,8 +288,8 @@ def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
     return frozenset(verdicts)
 
 
-def judge_finding(finding: Finding, answer: RootList) -> Proof:
-    """Compare a list of roots and its verdict with what is known of the roots of a system.
+def judge_finding(finding: Finding, values: ArrayLike, verdict: str | None) -> Proof:
+    """Compare a list of roots (m,) and its verdict with what is known of the roots of a system.
 
     - Without an enclosure of each component all is open.
     - Of the roots the answer is that of `_compare`.
@@ -324,17 +297,15 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
     """
     failure = finding.failure
     if failure is not None:
-        unproved = np.full(len(answer.values), math.inf)
         return Proof(
             status="open",
             by=finding.by,
             data=finding.data,
             reason=failure.reason,
-            errors=unproved,
             pieces=tuple(finding.pieces),
         )
     with np.errstate(all="ignore"):
-        comparison = _compare(finding.pieces, answer)
+        comparison = _compare(finding.pieces, np.asarray(values, dtype=complex).reshape(-1))
     verdicts = possible_verdicts(finding.deciding)
     proof = replace(
         comparison,
@@ -344,11 +315,11 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
         verdicts=verdicts,
         pieces=tuple(finding.pieces),
     )
-    if proof.status == "refuted" or answer.verdict is None or verdicts == {answer.verdict}:
+    if proof.status == "refuted" or verdict is None or verdicts == {verdict}:
         return proof
     possible = " or ".join(sorted(verdicts))
-    if answer.verdict not in verdicts:
-        reason = f"the verdict is {possible}, not {answer.verdict}"
+    if verdict not in verdicts:
+        reason = f"the verdict is {possible}, not {verdict}"
         return replace(proof, status="refuted", reason=reason, where=None)
     if proof.status == "open":
         return proof
@@ -376,68 +347,39 @@ def _groups(
     return labels(strong_components(is_joined), len(centres))
 
 
-def _compare(pieces: Sequence[Piece], answer: RootList) -> Proof:
+def _compare(pieces: Sequence[Piece], values: NDArray[np.complex128]) -> Proof:
     """Match each listed value to a group of discs that meet, which holds as many roots as discs.
 
-    The proof is of the list alone: its status, reason, `where` and the proved errors.
+    The proof is of the list alone: its status, reason, `where` and the matches.
 
-    - Refuted: a value is not finite, the numbers of values and roots differ, a value has no disc
-      within its error, or a group has fewer values within their errors than it has roots.
-    - Open: a group has not as many values nearest to it as it has roots, or a root of it may lie
-      farther from its value than the claimed error.
+    - Refuted: a value is not finite, or the numbers of values and roots differ.
+    - Open: a group has not as many values nearest to it as it has roots.
     - Proved: none of these.
     """
-    values = answer.values
-    unproved = np.full(len(values), math.inf)
-    if not (np.isfinite(values).all() and np.all(answer.errors >= 0.0)):
-        return Proof("refuted", reason="a value of the list is not finite", errors=unproved)
+    if not np.isfinite(values).all():
+        return Proof("refuted", reason="a value of the list is not finite")
     centres = np.concatenate([np.zeros(0, complex), *(piece.centres for piece in pieces)])
     radii = np.concatenate([np.zeros(0), *(piece.radii for piece in pieces)])
-    distances = np.abs(values[:, None] - centres)
+    gaps = np.abs(values[:, None] - centres) - radii
     if len(values) != len(centres):
-        # a list of another length is wrong whatever its errors are
         reason = f"{len(values)} roots are listed, there are {len(centres)}"
         farthest = None
         if len(centres):
-            gaps = distances.min(axis=0, initial=math.inf) - radii
-            farthest = complex(centres[int(np.argmax(gaps))])
-        return Proof("refuted", reason=reason, where=farthest, errors=unproved)
+            farthest = complex(centres[int(np.argmax(gaps.min(axis=0, initial=math.inf)))])
+        return Proof("refuted", reason=reason, where=farthest)
     if not len(values):
-        return Proof("proved", errors=unproved)
+        return Proof("proved")
     group_of = _groups(pieces, centres, radii)
     sizes = np.bincount(group_of)
-    is_met = touching(values, answer.errors, centres, radii)  # values by discs
-    in_group = group_of[:, None] == np.arange(len(sizes))  # discs by groups
-    # values by groups: does a value meet any disc of a group? A product of float32 is fast, that of
-    # Booleans is not
-    may_match = is_met.astype(np.float32) @ in_group.astype(np.float32) > 0.0
-    unmatched = np.flatnonzero(~may_match.any(axis=1))
-    if unmatched.size:
-        value = complex(values[unmatched[0]])
-        reason = "no root lies within the error of a listed one"
-        return Proof("refuted", reason=reason, where=value, errors=unproved)
-    short_of_values = np.flatnonzero(may_match.sum(axis=0) < sizes)
-    if short_of_values.size:
-        root = complex(centres[group_of == short_of_values[0]][0])
-        reason = "a root is missing from the list"
-        return Proof("refuted", reason=reason, where=root, errors=unproved)
-    nearest = group_of[np.argmin(distances - radii, axis=1)]
+    nearest = group_of[np.argmin(gaps, axis=1)]
     miscounted = np.flatnonzero(np.bincount(nearest, minlength=len(sizes)) != sizes)
     if miscounted.size:
         root = complex(centres[group_of == miscounted[0]][0])
-        return Proof("open", reason=NOT_TOLD_APART, where=root, errors=unproved)
-    in_nearest = nearest[:, None] == group_of  # values by discs of the group nearest to each
-    # from the farthest point of these discs
-    errors = upper(np.where(in_nearest, distances + radii, 0.0).max(axis=1, initial=0.0), 8)
+        return Proof("open", reason=NOT_TOLD_APART, where=root)
     pieces_of_group: list[list[Piece]] = [[] for _ in sizes]
     first_discs = np.cumsum([0] + [piece.count for piece in pieces[:-1]])
     for piece, group in zip(pieces, group_of[first_discs].tolist(), strict=True):
         pieces_of_group[group].append(piece)
-    matches = tuple(tuple(pieces_of_group[group]) for group in nearest.tolist())
-    too_large = np.flatnonzero(errors > answer.errors)
-    if too_large.size:
-        excess = errors[too_large] - answer.errors[too_large]
-        worst = complex(values[too_large[np.argmax(excess)]])
-        reason = "a root is not known to the error of its listed value"
-        return Proof("open", reason=reason, where=worst, errors=errors, matches=matches)
-    return Proof("proved", errors=errors, matches=matches)
+    return Proof(
+        "proved", matches=tuple(tuple(pieces_of_group[group]) for group in nearest.tolist())
+    )

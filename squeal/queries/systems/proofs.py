@@ -297,10 +297,9 @@ def _with_roots_of_referee(
 
 def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) -> Proof:
     """The referee's proof that `roots` are all roots of a system, and that the verdict holds."""
-    from squeal.proof.referee import RootList, prove_roots  # here, since scenes start without it
+    from squeal.proof.referee import prove_roots  # here, since scenes start without it
 
-    # infinite errors: the list claims no distance from the exact roots
-    return prove_roots(system, RootList.of(values_of(roots), math.inf, verdict))
+    return prove_roots(system, values_of(roots), verdict)
 
 
 def _as_proved(
