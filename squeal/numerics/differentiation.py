@@ -193,8 +193,8 @@ class Formula:
     def _value_or_slope(self, parameters: Parameters, by: str, required: str) -> float:
         """The value, or its derivative by the parameter `by` if that is not empty.
 
-        Raises InputError for unknown parameters, and for a result that is not finite. required:
-        what the formula then is not, in words.
+        Raises InputError for unknown parameters, and for a result that is not finite: the formula
+        is not `required`, in words.
         """
         about = f"{self.place}: {self.text}" if self.place else self.text
         for name in sorted(self.names - parameters.keys()):
@@ -207,6 +207,7 @@ class Formula:
             result = dual_result.slope if by else dual_result.value
         except (ZeroDivisionError, OverflowError):
             result = math.nan
+        # complex: a power of a negative number that is not whole
         if isinstance(result, complex) or not math.isfinite(result):
             where = ", ".join(f"{name} = {parameters[name]:g}" for name in sorted(self.names))
             raise InputError(f"{about}: is not a {required} at {where or 'any value'}")
@@ -253,7 +254,8 @@ def _evaluated(
 ) -> Number:
     """The value of a tree that `_parameter_names` has checked.
 
-    numbers: the parameters, in any arithmetic; constant: makes a number of it from a double.
+    numbers: the value of each parameter in some arithmetic, such as that of dual numbers; constant:
+    makes a number of that arithmetic from a double.
     """
     match node:
         case ast.Constant(value=number):

@@ -6,10 +6,15 @@ FAINT = 1e-8  # of the greatest: what is below it is rounding
 
 
 def exponent(samples: np.ndarray, step: float) -> complex | None:
-    """The exponent lambda of free linear motion z(t) = z0 + sum_k c_k exp(lambda_k t).
+    """The exponent of the fastest growing component of z(t) = z0 + sum_k c_k exp(lambda_k t).
 
-    It is that of the fastest growing component, of several that grow alike that of the strongest.
-    Components that change z at the end less than a tenth as fast as the strongest do not count.
+    Of several components that grow alike it is that of the strongest. A component is left out if it
+    contributes less than a tenth of what the strongest one does to the last change of z, from one
+    sample to the next.
+
+    All samples are tried first, then their first half, their first quarter and so on, down to 32
+    samples: a motion may be linear only at its start. The first part that is such a motion to a
+    thousandth and lasts two periods, or 1/|lambda| if lambda is real, decides.
 
     Parameters
     ----------
@@ -21,42 +26,41 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
     Returns
     -------
     complex or None
-        1/s, Im >= 0. None where the samples are not such a motion to a thousandth or hold less than
-        two periods (of a real exponent: less than 1/|lambda|), nor their first half, quarter and so
-        on, of at least 32 samples.
+        lambda in 1/s, Im >= 0. None where no part decides.
     """
     count = len(samples)
     while count >= 32:
         fitted = _fitted_exponent(samples[:count], step)
         if fitted is not None:
             return fitted
-        count //= 2  # a motion that grows is linear at its start at least
+        count //= 2
     return None
 
 
 def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
-    """As `exponent`, of all samples (n, d): None if they are no such motion or too short of one."""
+    """As `exponent`, of all samples (n, d) alone; None where they do not decide."""
     modes = _dynamic_modes(samples)
     if modes is None:
         return None
     factors, strengths = modes
     with np.errstate(divide="ignore"):
-        exponents = np.log(factors.astype(complex)) / step
+        exponents = np.log(factors.astype(complex)) / step  # factor = exp(lambda step)
+    # a factor of 0, of what is gone after one step, has no finite exponent
     is_strong = (strengths >= 0.1 * strengths.max()) & np.isfinite(exponents)
     if not is_strong.any():
         return None
     fastest = exponents.real[is_strong].max()
-    # within a millionth: of several that grow alike the strongest is taken
+    # growth rates that differ by less than 1e-6 |lambda| are alike: of those the strongest is taken
     grows_fastest = is_strong & (exponents.real >= fastest - 1e-6 * np.abs(exponents))
     value = complex(exponents[np.argmax(np.where(grows_fastest, strengths, 0.0))])
     duration = step * (len(samples) - 1)
-    if abs(value.imag) * step < 1e-9:  # real, to rounding
+    if abs(value.imag) * step < 1e-9:  # an angle in radians, which is rounding: lambda is real
         too_short = abs(value) * duration < 1.0
     else:
         too_short = abs(value.imag) * duration < 4 * np.pi  # two periods
     if too_short:
         return None
-    if abs(value.real) <= FAINT * abs(value):  # growth of rounding
+    if abs(value.real) <= FAINT * abs(value):  # the growth rate is rounding
         return complex(0.0, abs(value.imag))
     return complex(value.real, abs(value.imag))
 
@@ -64,26 +68,30 @@ def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
 def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     """Factors and strengths (r,) of components of samples (n, d), by dynamic mode decomposition.
 
-    The linear map from one difference of samples to the next, by least squares, has the eigenvalues
-    exp(lambda step): these are the factors. Strengths are the sizes of the components in the last
-    difference. None where no map fits to a thousandth.
+    The linear map A with `after` = A `before`, in the sense of least squares, takes each difference
+    of neighbouring samples to the next one. Factors are the eigenvalues exp(lambda step) of A,
+    strengths the lengths of the components along its eigenvectors in the last difference.
+
+    None where all differences are rounding, and where A `before` misses `after` by more than a
+    thousandth of `after` - `before`.
     """
     differences = np.diff(samples, axis=0).T  # (d, n - 1)
     before = differences[:, :-1]
     after = differences[:, 1:]
     U, sizes, Vh = np.linalg.svd(before, full_matrices=False)
+    # in n differences, each of two samples: singular values below that show no component
     rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
     rank = int(np.sum(sizes > FAINT * sizes[0] + rounding))
     if rank == 0:
         return None
     basis = U[:, :rank]
-    # the map `after` times the pseudo-inverse V diag(1/sizes) U' of `before`, in coordinates of the
-    # basis
+    # U' A U, where A is `after` times the pseudo-inverse V diag(1/sizes) U' of `before`
     reduced_map = basis.T @ after @ (Vh[:rank].T / sizes[:rank])
     misfit = np.linalg.norm(after - basis @ (reduced_map @ (basis.T @ before)))
     if misfit > 1e-3 * np.linalg.norm(after - before):
         return None
     factors, modes = np.linalg.eig(reduced_map)
+    # the last difference, U' times it, is the sum of the modes times these components
     components = np.abs(np.linalg.solve(modes, basis.T @ after[:, -1]))
     return factors, components * np.linalg.norm(modes, axis=0)
 
@@ -124,30 +132,29 @@ def strongest_line(signals: np.ndarray, step: float) -> tuple[float, float]:
     k = int(np.argmax(power))  # power[0] belongs to frequencies[1]
     # Hann's window spreads a line over two frequencies to both sides
     share = float(power[max(k - 2, 0) : k + 3].sum() / power.sum())
-    peak = float(frequencies[k + 1])
-    return _refined_peak(signals, step, start=peak, spacing=float(frequencies[1])), share
+    spacing = float(frequencies[1])
+    return _refined_peak(signals, step, float(frequencies[k + 1]), spacing), share
 
 
-def _refined_peak(signals: np.ndarray, step: float, start: float, spacing: float) -> float:
-    """The frequency of the peak of a spectrum next to the frequency `start`.
+def _refined_peak(signals: np.ndarray, step: float, middle: float, reach: float) -> float:
+    """The frequency of the peak of the spectrum of signals (n, d) within `reach` of `middle`.
 
-    The spectrum is sampled ever more closely around it, at first over the `spacing` between the
-    frequencies of `spectrum` to both sides.
+    Nine samples of the spectrum from middle - reach to middle + reach show it roughly; nine more,
+    around the peak of a parabola through the highest three, show it closer, and so on.
     """
     windowed = _windowed(signals)
     times = step * np.arange(len(signals))
-    middle = start
-    reach = spacing
     for _ in range(3):
         frequencies = middle + reach * np.linspace(-1.0, 1.0, 9)
+        apart = reach / 4.0  # neighbouring frequencies
         transform = np.exp(-2j * np.pi * frequencies[:, None] * times) @ windowed
         power = (np.abs(transform) ** 2).sum(axis=1)
         i = min(max(int(np.argmax(power)), 1), 7)
-        # the top of the parabola through the logarithms of three samples; the next round samples
-        # as far to both sides as these are apart
+        # the parabola through a, b, c at -1, 0, 1 is greatest at (a - c) / (2 (a - 2 b + c)); that
+        # of the logarithms of a spectral line is nearly exact
         a, b, c = np.log(power[i - 1 : i + 2])
-        reach /= 4.0
-        middle = float(frequencies[i] + reach * 0.5 * (a - c) / (a - 2.0 * b + c))
+        middle = float(frequencies[i] + apart * 0.5 * (a - c) / (a - 2.0 * b + c))
+        reach = apart
     return middle
 
 
@@ -170,6 +177,7 @@ def _greatest_values(signals: np.ndarray) -> np.ndarray:
     b = signals[i, columns]
     c = signals[i + 1, columns]
     bend = a - 2.0 * b + c
+    # the parabola through a, b, c has the top b - (a - c)^2 / (8 bend)
     is_peak = (i == greatest) & (bend < 0.0)  # a parabola at an end would reach beyond the samples
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(is_peak, b - (a - c) ** 2 / (8.0 * bend), signals.max(axis=0))
