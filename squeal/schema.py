@@ -33,7 +33,7 @@ from squeal.numerics.threads import threads_of_a_verb
 
 Value = Any
 """Whatever a file or a caller gives, and what it is converted to."""
-MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
+MOST = 100_000  # values that a document may hold; more only in a file of more characters
 _TAG = "tag:yaml.org,2002:"
 
 NO_MATRICES = "; a matrix file is named in a system file, as M: {file: NAME}"
@@ -308,6 +308,7 @@ class Square(Kind):
         return tuple(each.read(one, at / f"row {i}") for i, one in enumerate(rows, 1))
 
 
+# the end of a tag, the texts that have it, and what makes the value of such a text
 # fmt: off
 _SCALARS: tuple[tuple[str, str, Callable[[str], Value]], ...] = (
     ("bool", "true|True|TRUE|false|False|FALSE", lambda text: text.lower() == "true"),
@@ -321,7 +322,10 @@ _SCALARS: tuple[tuple[str, str, Callable[[str], Value]], ...] = (
 
 
 class _Loader(yaml.BaseLoader):
-    """Leaves plain scalars to `_SCALARS`, as YAML 1.2 has them: `on` and 1:30 are no numbers."""
+    """Gives all scalars without quotes and tag the tag "plain": `_SCALARS` says what they are.
+
+    YAML 1.2 is read so, in which `on` and 1:30 are texts.
+    """
 
 
 _Loader.add_implicit_resolver("plain", re.compile(""), None)
@@ -332,10 +336,10 @@ def _refused(problem: str, mark: yaml.Mark | None) -> yaml.MarkedYAMLError:
 
 
 def _value(node: yaml.Node, budget: Iterator[int]) -> Value:
-    """The value of a node of YAML.
+    """The value of a node of YAML. Raises yaml.YAMLError.
 
-    budget: is stepped once for each value made; the document is refused as too large where it ends.
-    A small file may make a large document by aliases. Raises yaml.YAMLError.
+    budget: yields once for each value that may still be made. A small file may make a huge document
+    by aliases, which is refused where the budget ends.
     """
     if next(budget, None) is None:
         raise _refused("aliases make it too large", node.start_mark)
@@ -346,6 +350,7 @@ def _value(node: yaml.Node, budget: Iterator[int]) -> Value:
     if isinstance(node, yaml.ScalarNode):
         text = str(node.value)
         for name, pattern, convert in _SCALARS:
+            # a tag may also be written in the file, as in !!float 1
             if node.tag in ("plain", _TAG + name) and re.fullmatch(pattern, text):
                 return convert(text)
         if node.tag in ("plain", _TAG + "str"):  # quoted text has the tag of texts
@@ -449,11 +454,11 @@ def parse_document(content: bytes, at: Place) -> dict[str, Value]:
 
 @dataclass(frozen=True)
 class Key:
-    """One key: what it means and may be, and in `default` what stands for it if it is left out.
+    """One key: its meaning, the kind of its value, and the `default`, in words, if it is left out.
 
-    `models` are the models that use it, all if it is empty; `required` tells whether those need it,
-    which the key `unless` does away with; `needs` are the keys that must stand beside it, `instead`
-    is the one that may not.
+    `models` are the models that use it, all if it is empty. If it is `required`, these models need
+    it, but for a mapping that has the key `unless` in its place. It is refused without the keys
+    `needs`, and beside the key `instead`. `unless` and `instead` are "" where there is no such key.
     """
 
     meaning: str
@@ -568,11 +573,10 @@ def kind_of(hint: object) -> Kind:
     """The kind of value that an annotation of a parameter allows.
 
     ``Annotated[float, POSITIVE]`` names its kind itself; a ``Literal`` is one of words, not of
-    numbers. ``X | None`` allows what X allows, since a default of None is not checked; of a union
-    of several types anything but None is allowed.
+    numbers. ``X | None`` allows what X allows, since a default of None is not checked.
     """
-    origin: Value = get_origin(hint) or hint  # of list[int] the origin is list, the part int
-    parts = get_args(hint)
+    origin: Value = get_origin(hint) or hint  # list, of list[int]
+    parts = get_args(hint)  # int, of list[int]
     if origin is Annotated:
         return parts[1]
     if origin is Literal:
@@ -581,18 +585,24 @@ def kind_of(hint: object) -> Kind:
         return _KINDS[origin]
     if not parts:
         return instance(origin, f"an instance of {origin.__name__}")
-    is_mapping = isinstance(origin, type) and issubclass(origin, Mapping)
-    # the types of a union, or those of the entries; the keys of a mapping are names
-    types = set(parts[1:] if is_mapping else parts) - {NoneType, Ellipsis}
-    kind = kind_of(types.pop()) if len(types) == 1 else _KINDS[Any]
     if origin in (Union, UnionType):
-        return kind
-    # of anything else `kind` is that of each entry
-    if is_mapping:
-        return Named(kind, f"a mapping of names to values, each {kind.named}")
+        return _common_kind(parts)
+    if issubclass(origin, Mapping):
+        each = _common_kind(parts[1:])  # the keys are names
+        return Named(each, f"a mapping of names to values, each {each.named}")
+    each = _common_kind(parts)
     if origin is tuple and Ellipsis not in parts:
-        return Several(kind, f"a sequence of {len(parts)} values, each {kind.named}", len(parts))
-    return Several(kind, f"a sequence of some values, each {kind.named}")
+        return Several(each, f"a sequence of {len(parts)} values, each {each.named}", len(parts))
+    return Several(each, f"a sequence of some values, each {each.named}")
+
+
+def _common_kind(hints: tuple[Any, ...]) -> Kind:
+    """The kind of the only type among some hints; of several types anything but None is allowed.
+
+    None and ... (of tuples) among the hints are no types.
+    """
+    types = set(hints) - {NoneType, Ellipsis}
+    return kind_of(types.pop()) if len(types) == 1 else _KINDS[Any]
 
 
 def public(function: _Function) -> _Function:

@@ -282,12 +282,11 @@ class Parser(argparse.ArgumentParser):
         hint = "see"
         unknown = re.match(r"unrecognized arguments: --([\w-]+)", message)
         if unknown:
-            options: dict[str, str] = {}  # by what may be meant, without dashes
+            options: dict[str, str] = {}  # the option to name, by what may be meant
             for action in self._actions:
                 for option in action.option_strings:
                     options[option.lstrip("-")] = action.option_strings[0]
-            for action in self._actions:  # --high is an argument of Python, the option is --max
-                if action.option_strings:
+                    # also by its argument in Python, such as high of --max
                     options.setdefault(action.dest, action.option_strings[0])
             close = difflib.get_close_matches(unknown[1], options, 1)
             if close:
