@@ -130,7 +130,7 @@ def _export_reduced(given: argparse.Namespace, subject: "SystemFile") -> _Export
     if reduction.spurious:
         words = f"the reduced system has {reduction.spurious} roots that the full one has not"
         warnings.warn(words, InputWarning, stacklevel=2)
-    system = reduction.system_with_origin
+    system = reduction.standalone_system
     files = write_system(given.output, system, given.format)
     basis = basis_of(reduction, analysis.selection)
     return _Exported(system, files, basis=basis)

@@ -46,4 +46,4 @@ def reduce(
 
     analysis = SystemAnalysis.of(subject, band, region, memory=memory, progress=progress)
     reduction = analysis.reduced(None if values is None else list(values), method)
-    return reduction.system_with_origin
+    return reduction.standalone_system

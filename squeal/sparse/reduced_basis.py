@@ -1,9 +1,10 @@
 """A reduced basis of the states of right and left modes for one band: parametric model reduction.
 
 A projection onto hundreds of real vectors holds the modes at all values of the parameters; those of
-one band need few complex ones. Modes at some of the values, in the coordinates of that projection,
-have right states (x, l x) and left states (y, l^* y). Between mode i and mode j they make
-l^2 M + l C + K a pencil l B + A of the first order, which has one root for each state:
+one band need few complex ones. A state is a displacement and a velocity: (x, l x) of a right mode,
+(y, l^* y) of a left one. Between the states of left mode i and right mode j, modes at any values of
+the parameters, the first-order form l [[C, M], [M, 0]] + [[K, 0], [0, -M]] of l^2 M + l C + K is
+the pencil l B + A, which has one root for each state:
 
     B = y_i^H ((l_i + l_j) M + C) x_j,    A = y_i^H (K - l_i l_j M) x_j.
 
@@ -63,10 +64,11 @@ def root_error_bounds(
 ) -> ErrorBounds:
     """How far roots of a projected problem may be from those of the full one.
 
-    First-order perturbation theory in modal coordinates: the entries D_ij = slope^-1 truncation
-    couple root i and root j as a matrix would. D_ii moves root i itself; with d = D_ij D_ji two
-    roots at a gap g move by |g - sqrt(g^2 - 4 d)| / 2, which is at most 2 d / g while they stay
-    apart (4 d <= g^2), and sqrt(d) where they meet. The error is the sum.
+    First-order perturbation theory in modal coordinates: D = slope^-1 truncation is added to the
+    diagonal matrix of the roots. D_ii moves root i itself. Two roots at a gap g, coupled by
+    d = |D_ij D_ji|, become the eigenvalues of [[0, D_ij], [D_ji, g]]: each moves by at most
+    |g - sqrt(g^2 - 4 d)| / 2, which is at most 2 d / g while they stay apart (4 d <= g^2), and
+    sqrt(d) where they meet. The error of root i is |D_ii| + sum over j of min(2 d / g, sqrt(d)).
 
     Parameters
     ----------
@@ -87,12 +89,12 @@ def root_error_bounds(
         gaps = np.abs(np.subtract.outer(values, values))
         products = D * D.T  # d
         np.fill_diagonal(products, 0.0)
-        apart = np.full_like(gaps, np.inf)
-        np.divide(2 * products, gaps, out=apart, where=gaps > 0)
-        errors = np.diag(D) + np.minimum(np.sqrt(products), apart).sum(axis=1)
+        if_apart = np.full_like(gaps, np.inf)
+        np.divide(2 * products, gaps, out=if_apart, where=gaps > 0)
+        errors = np.diag(D) + np.minimum(np.sqrt(products), if_apart).sum(axis=1)
     np.fill_diagonal(gaps, np.inf)
-    # alone on the axis, a root of an undamped problem cannot leave it: roots leave in pairs. Twice,
-    # since the nearest root may come as far towards it
+    # a root of an undamped problem leaves the axis together with another one that it has met; both
+    # come nearer by their errors, taken as equal
     is_alone = 2 * errors < gaps.min(axis=1, initial=np.inf)
     return ErrorBounds(
         np.nan_to_num(errors, nan=np.inf, posinf=np.inf), (values.real == 0.0) & is_alone
@@ -127,10 +129,9 @@ def near_axis(values: ComplexArray, decay: float, gap: float) -> Bools:
 
 
 class Probes(NamedTuple):
-    """Random vectors whose products left right' average to F^-1 of a structure.
+    """Random vectors whose products left right' average to F^-1 of a structure: arrays (n, SKETCH).
 
-    (n, SKETCH) in the full problem, or (terms, SKETCH, d): the same after multiplication with each
-    term and the d columns of a basis.
+    In a `ResidualSketch` arrays (terms, SKETCH, d): these vectors times each term times a basis.
     """
 
     left: NDArray
@@ -180,29 +181,28 @@ class ModesWithErrors(NamedTuple):
     residuals: Array  # backward errors in the full problem
     errors: Array  # rad/s
 
-    def shares_of_allowed(self) -> Array:
-        """Errors (m,) over the largest ones with which training ends."""
+    def ratios_to_allowed(self) -> Array:
+        """Errors (m,) over the allowed ones, the largest with which training ends."""
         values = self.roots.values
         allowed = np.maximum(FINE_ERROR * np.abs(values), FINE_GROWTH_ERROR * np.abs(values.real))
         return self.errors / divisor(allowed)
 
 
 class ReducedBasis:
-    """The right and left modes that have been added, and the pencil of their states.
+    """The right and left modes that have been added, and a pencil of combinations of their states.
 
-    `modes` are in the coordinates of a projection. Their pencil has k states of large singular
-    values at `shift`, beside the centre of `region`, and at the middle one of the points along the
-    range of the parameters. `left` and `right` (d, k) are the displacements of left and right
-    states, combinations of the modes; `velocities` (d, k) are the velocities of the right states.
-    `system` is the pencil in the k states, a system of the first order (its C is the pencil's B,
-    its K the pencil's A).
+    `modes` are all that were added, in the coordinates (d,) of a projection. Of their states k
+    combinations are used: `left` and `right` (d, k) are the displacements of left and right ones,
+    `velocities` (d, k) the velocities of the right ones. `system` is their pencil, a system of the
+    first order (its C is the pencil's B, its K the pencil's A). `grow` makes all of them anew from
+    the modes; before that k is 0.
 
-    All of it follows from the modes: `grow` sets it anew, and without any mode there is no state.
-    `estimated_region` is `region` widened, and `residuals` estimates residuals of vectors in the
-    coordinates of the projection.
+    `shift` is a value beside the centre of `region`: there, and at the parameters `middle` given to
+    `grow`, the pencil is the unit matrix. `estimated_region` is `region` widened, and `residuals`
+    estimates residuals of vectors in the coordinates of the projection.
     """
 
-    system: System
+    system: System  # of k rows
     velocities: ComplexArray
     _products: NDArray  # (terms, k, k), left^H X right of each term X of the projection
     _mode_residuals: ResidualSketch  # `residuals` for vectors in the coordinates of the states
@@ -227,20 +227,20 @@ class ReducedBasis:
         points: Sequence[Parameters],
         modes_at: Callable[[Parameters, ComplexArray | None], Roots],
     ) -> None:
-        """Add modes until no error at the points is above what is allowed, or none is left to add.
+        """Add modes until all errors at the points are allowed ones, or no further state comes in.
 
-        First all modes at the middle, the first and the last point; then, greedily, at the point of
-        the largest error the modes whose errors are of its size. Errors may stay above what is
-        allowed where the projection has no modes next to such roots, or where the basis has their
-        states already.
+        First all modes at the middle, the first and the last point. Then, again and again, at the
+        point of the largest error (as a multiple of the allowed one) the modes next to roots whose
+        errors are more than `ADDED_SHARE` of it. Errors above the allowed ones remain where the
+        projection has no modes next to such roots, or where the basis has their states already.
 
         Parameters
         ----------
         points : sequence of mapping
             Values of the parameters, in order along the range.
         modes_at : callable
-            Modes of the projection at such values: those next to given roots (m,), or all in the
-            trained region for None.
+            From values of the parameters and roots (m,), or None: the modes of the projection next
+            to these roots, for None all in and around the region.
         """
         last = len(points) - 1
         middle = points[last // 2]
@@ -249,7 +249,7 @@ class ReducedBasis:
             modes = modes.joined(modes_at(points[end], None))
         while len(modes.values) and self.grow(modes, middle):
             estimates = [self.estimate(changes) for changes in points]
-            ratios = [estimate.shares_of_allowed() for estimate in estimates]
+            ratios = [estimate.ratios_to_allowed() for estimate in estimates]
             largest = [float(np.max(of_point, initial=0.0)) for of_point in ratios]
             k = int(np.argmax(largest))
             report_progress(f"{self.size} states, errors up to {largest[k]:.2g} of allowed")
@@ -259,24 +259,17 @@ class ReducedBasis:
             modes = modes_at(points[k], estimates[k].roots.values[is_missed])
 
     def grow(self, modes: Roots, middle: Parameters) -> bool:
-        """Add right and left modes of the projection; False if the basis has their states.
+        """Add right and left modes of the projection, which may be of any parameters.
 
-        As in a Loewner realisation, the states are those of the largest singular values of the
-        pencil. They are combined such that the pencil is the unit matrix at the shift and at the
-        parameters `middle`; the modes may be of any other parameters.
+        With the singular values s of the pencil of all modes at the shift and at the parameters
+        `middle`, U s V^H, the left states are combined by U / sqrt(s) and the right ones by
+        V / sqrt(s): there the pencil becomes the unit matrix. Small s are left out, as in a Loewner
+        realisation. False, and the states stay as they were, if no more of them are large.
         """
         self.modes = self.modes.joined(modes)
-        z = self.modes.values
         products = projected(self.projection, self.modes.left, self.modes.right)
-        # the pencil of the module's head between left mode i and right mode j:
-        # B = (z_i + z_j) M + C and A = K - z_i z_j M
-        terms_of_B = list(products.C)
-        terms_of_A = list(products.K)
-        for term in products.M:
-            terms_of_B.append(Term(np.add.outer(z, z) * term.matrix, term.factor))
-            terms_of_A.append(Term(-np.outer(z, z) * term.matrix, term.factor))
-        massless = Term(np.zeros((len(z), len(z))))
-        pencil = replace(products, M=(massless,), C=tuple(terms_of_B), K=tuple(terms_of_A))
+        z = self.modes.values
+        pencil = _pencil_of_states(products, z)
         _, B, A = pencil.at(middle)
         left, sizes, right = np.linalg.svd(self.shift * B + A)
         size = int(np.sum(sizes > DROPPED_SHARE * sizes[:1]))
@@ -301,32 +294,35 @@ class ReducedBasis:
         return self._roots_in(self.region, B, A)
 
     def _roots_in(self, region: Rectangle, B: Matrix, A: Matrix) -> Roots:
-        """The roots in a region whose states have velocities lambda times their displacements, as
-        every mode has.
+        """The roots of (lambda B + A) x = 0 in a region, without spurious ones, see `_are_modes`.
 
-        Roots of (lambda B + A) x = 0, by the eigenvalues theta = 1 / (shift - lambda) of
-        at_shift^-1 B with at_shift = shift B + A.
+        With at_shift = shift B + A the equation is at_shift^-1 B x = theta x, where
+        theta = 1 / (shift - lambda).
         """
         from scipy.linalg import eig
 
         at_shift = self.shift * B + A
         theta, left, right = eig(np.linalg.solve(at_shift, B), left=True)
-        sizes = np.abs(theta)
         # theta that are zero to rounding are infinite roots
-        is_finite = sizes > EPS * sizes.max(initial=0.0)
+        is_finite = np.abs(theta) > EPS * np.abs(theta).max(initial=0.0)
         values = self.shift - 1.0 / np.where(is_finite, theta, 1.0)
         is_chosen = is_finite & region.contains(values)
-        # y^H at_shift^-1 B = theta y^H: the left vector of the pencil is at_shift^-H y
+        # `left` y has y^H at_shift^-1 B = theta y^H: the left vector of the pencil is at_shift^-H y
         left_of_pencil = np.linalg.solve(at_shift.conj().T, left[:, is_chosen])
         roots = Roots(
             values=values[is_chosen],
             right=right[:, is_chosen],
             left=np.asarray(left_of_pencil, dtype=complex),
         )
+        return roots.select(self._are_modes(roots))
+
+    def _are_modes(self, roots: Roots) -> Bools:
+        """True for roots (m,) whose right states have velocities lambda times their displacements,
+        as the states of modes have; other roots are spurious."""
         displacements = self.right @ roots.right
         differences = self.velocities @ roots.right - displacements * roots.values
         sizes = self.region.radius * np.linalg.norm(displacements, axis=0)
-        return roots.select(np.linalg.norm(differences, axis=0) <= INCONSISTENT * sizes)
+        return np.linalg.norm(differences, axis=0) <= INCONSISTENT * sizes
 
     def in_projection(
         self, right: ComplexArray, left: ComplexArray
@@ -338,8 +334,9 @@ class ReducedBasis:
         """Roots in and around the region, with estimated errors and residuals in the full problem.
 
         If `deciding`, the roots alone on which stability may depend. To first order the error of a
-        root follows from y^H P x of its modes, which vanishes for exact ones. The part inside of
-        the projection is computed, what the directions outside take from it is estimated.
+        root follows from y^H P x of its modes in the full problem, less what the directions outside
+        of the projection take from it, see `TruncationTerm`: that vanishes for an exact root. The
+        first is computed from vectors in the projection, the second estimated.
         """
         _, B, A = self.system.at(changes)
         roots = self._roots_in(self.estimated_region, B, A)
@@ -354,12 +351,12 @@ class ReducedBasis:
         weights = term_weights(self.projection, self.projection.values(changes), values)
         sketch = self._mode_residuals
         outside = sketch.truncation(changes, right, left, weights)
-        # y^H P x inside, which is not zero since the velocities are not exactly z x
+        # y^H P x, not zero since the velocities are not exactly z x
         inside = left.conj().T @ _sum_of_terms(self._products, right, weights)
         bounds = root_error_bounds(
             values,
             slope=left.conj().T @ B @ right,
-            truncation=outside.value - inside,
+            truncation=outside.value - inside,  # only its size counts
             uncertainty=outside.uncertainty,
         )
         return ModesWithErrors(
@@ -367,6 +364,20 @@ class ReducedBasis:
             residuals=estimated_backward_errors(sketch.residual, sketch.norms, right, weights),
             errors=bounds.errors,
         )
+
+
+def _pencil_of_states(products: System, z: ComplexArray) -> System:
+    """The pencil of the module's head, as a system without mass, its B in C and its A in K.
+
+    products: the terms y_i^H X x_j of left modes i and right modes j; z: the values of the modes.
+    """
+    terms_of_B = list(products.C)
+    terms_of_A = list(products.K)
+    for term in products.M:
+        terms_of_B.append(Term(np.add.outer(z, z) * term.matrix, term.factor))
+        terms_of_A.append(Term(-np.outer(z, z) * term.matrix, term.factor))
+    massless = Term(np.zeros((len(z), len(z))))
+    return replace(products, M=(massless,), C=tuple(terms_of_B), K=tuple(terms_of_A))
 
 
 def estimated_backward_errors(

@@ -71,23 +71,23 @@ class Complement:
     def contraction(self, P: csc_array) -> float:
         """The largest |eigenvalue| of T = 1 - F^-1 P in the directions outside, by power iteration.
 
-        Below 1 T contracts: P is regular outside (Neumann series), so that the directions there add
-        no root to the roots of the projection onto V.
+        Below 1 the Neumann series P^-1 = (1 + T + T^2 + ...) F^-1 converges there: P is regular
+        outside, so that these directions add no root to those of the projection onto V.
         """
         start = np.random.default_rng(1).standard_normal((len(self.basis), 3))
         x = start.astype(complex)
-        for _ in range(1 + POWERS_OF_T):  # the first step leads outside
-            x = x - self.factor.solve(P @ x)
-            # less the part inside of V: x - V (V' F V)^-1 V' F x
+        for _ in range(1 + POWERS_OF_T):  # the first x lies inside and outside
+            x = x - self.factor.solve(P @ x)  # T x
+            # outside V' F x = 0: x less V (V' F V)^-1 V' F x
             inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ x))
             x = x - multiply(self.basis, inside)
             size = np.linalg.norm(x, axis=0)
             x = x / divisor(size)
-        return float(size.max())  # of three unit vectors, by the last step
+        return float(size.max())  # to which the last step brought three unit vectors
 
     def contraction_in(self, region: Rectangle, problem: ScaledProblem) -> float:
-        """The larger contraction of P at the right corners of a region, where roots grow fastest,
-        both taken into the upper half plane."""
+        """The larger `contraction` of P(lambda) at two values: the right corners of a region, where
+        roots grow fastest. Those below the real axis stand for their conjugates above it."""
         corners = (
             complex(region.high_real, max(region.low_imag, 0.0)),
             complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
@@ -116,10 +116,10 @@ class Reduction:
     satisfying the full one.
 
     `vectors` (n, d) are orthonormal, `system` is dense (d, d) with the parameters of the full one;
-    both grow with each sample. `reduce_system` sets three attributes at its end, which are empty,
-    infinite and 0 until then: `samples` are where the full problem was solved, `worst_residual` is
-    the largest backward error in the full problem of a root, over all values; `spurious` counts
-    roots that the reduced system alone has, over all samples.
+    both grow with each `sample`. `reduce_system` sets three attributes at its end, which are empty,
+    infinite and 0 until then: `samples` are the values of parameters at which the full problem was
+    solved; `worst_residual` is the largest backward error in the full problem of a root that is not
+    spurious, over all values; `spurious` counts roots of the reduced system alone at the samples.
     """
 
     system: System
@@ -142,26 +142,25 @@ class Reduction:
 
     def extend(self, columns: ComplexArray, dropped: float = RESIDUAL_TOLERANCE / 10) -> None:
         """Enlarge the basis by the real and imaginary parts of columns (n, m), and project the
-        system onto it; directions in which unit columns add less than `dropped` are left out."""
+        system onto it.
+
+        Each column counts as one of unit length. Directions with singular values below `dropped`
+        of what the columns have outside of the basis are left out.
+        """
         old = self.vectors
         self.vectors = enlarged(old, columns, dropped)
         new = np.ascontiguousarray(self.vectors[:, old.shape[1] :])
         if not new.size:
             return
-        full = self.scaled.system
-        terms = []
-        for k, (term, A) in enumerate(zip(full.terms, self._matrices, strict=True)):
+        matrices = []
+        for k, A in enumerate(self._matrices):
             # only the rows and columns of the new vectors are computed
             before = self.system.terms[k].matrix if old.size else np.zeros((0, 0))
-            terms.append(Term(grown(before, A, old, new), term.factor))
-        end_of_M = len(full.M)
-        end_of_C = end_of_M + len(full.C)
-        self.system = replace(
-            full,
-            M=tuple(terms[:end_of_M]),
-            C=tuple(terms[end_of_M:end_of_C]),
-            K=tuple(terms[end_of_C:]),
-            labels=(),  # of rows that the basis has not
+            matrices.append(grown(before, A, old, new))
+        reduced = iter(matrices)  # in the order in which `mapped` goes through the terms
+        self.system = self.scaled.system.mapped(
+            lambda term: Term(next(reduced), term.factor),
+            labels=(),  # those of the full system are of its rows
         )
         sketch = np.array([images.T @ new for images in self._probed])
         self._sketch = np.concatenate([self._sketch, sketch], axis=2)
@@ -169,22 +168,24 @@ class Reduction:
     def sample(self, changes: Parameters, region: Rectangle, certify: bool = False) -> None:
         """Add the modes of the full problem in a region at the parameters, some of them changed.
 
-        Modes of the basis are corrected by the factor of the first sample where the contraction
-        shows that none is missed; elsewhere, and if they are to be counted (`certify`), they are
-        computed by Krylov subspaces. The first sample keeps its factor and adds its rough vectors.
+        If they are to be counted (`certify`), they are computed by Krylov subspaces. Otherwise the
+        modes that the basis has are corrected, see `_corrected`, and Krylov subspaces serve where
+        that is not possible. The first of them that reaches the whole region leaves the factor with
+        which later samples are corrected.
         """
         problem = self.scaled.at(changes)
         roots = modes_in(problem, region).roots if certify else self._corrected(problem, region)
         if roots is None:
-            # vectors of a basis need no less: the error of a root is of the order of their square
+            # residuals of 2e-9 suffice for a basis: the error of a root is of the order of their
+            # square
             modes = modes_in(
                 problem, region, certify=False, start=self.vectors, exact=ACCEPTED_RESIDUAL
             )
             roots = modes.roots
             # `rough` are the roots around one shift, with P factorised there; None where the
-            # region was halved, so that no one shift serves it. With their vectors in the basis
-            # 1 - P^-1 P' of other parameters contracts in the directions outside, see `Complement`,
-            # so that later samples can use the factor
+            # region was halved, so that no one shift serves it. Their vectors, too, go into the
+            # basis: outside of them 1 - F^-1 P contracts for F = P at these parameters and P at
+            # others, see `Complement`, so that later samples can use the factor
             if self._factorised is None and modes.rough is not None and len(roots.values):
                 rough = modes.rough
                 self._factorised = _FactorisedSample(changes, rough.shift, rough.factor)
@@ -192,8 +193,11 @@ class Reduction:
         self.extend(np.hstack([roots.right, roots.left]))
 
     def _corrected(self, problem: ScaledProblem, region: Rectangle) -> Roots | None:
-        """Roots in a region from the basis and the first factor; None without that, where the basis
-        may miss one, and where corrections do not converge."""
+        """Roots in a region, those of the basis, corrected by the factor that a sample has kept.
+
+        None without a factor, where the basis may miss a root of the reduction's own region (the
+        contraction decides), and where corrections do not converge or lead to no root.
+        """
         if self._factorised is None:
             return None
         changes, shift, factor = self._factorised
@@ -201,7 +205,7 @@ class Reduction:
         projected_P = shift * shift * M + K
         if C is not None:
             projected_P = projected_P + shift * C
-        complement = Complement(  # with P at the first sample for F
+        complement = Complement(  # F is P at the kept sample
             basis=self.vectors,
             projected=projected_P,
             matrix=self.scaled.at(changes).at(shift),
@@ -211,7 +215,7 @@ class Reduction:
             return None
         exact = RESIDUAL_TOLERANCE / 3
         roots = corrected_roots(problem, factor, self.vectors, region, exact=exact, accepted=exact)
-        if roots is None or not len(roots.values):  # an empty list proves nothing: search anew
+        if roots is None or not len(roots.values):  # the basis may hold no mode near the region
             return None
         return roots
 
@@ -221,26 +225,21 @@ class Reduction:
         return self.vectors.shape[1]
 
     @property
-    def system_with_origin(self) -> System:
-        """The reduced system with bounds of the errors of its entries, as a system of its own.
-
-        The bounds are those of the entries of the full system, projected. That it approximates
-        another system is among its assumptions.
-        """
+    def standalone_system(self) -> System:
+        """The reduced system as one that others read: with bounds of the errors of its entries,
+        those of the full system projected, and the assumption that it approximates another one."""
         sizes = np.abs(self.scaled.scale[:, None] * self.vectors)  # of V in unscaled coordinates
 
         def bound(errors: Matrix) -> Matrix:
             """|V|' errors |V|, a bound of the errors of V' A V."""
             return sizes.T @ (errors @ sizes)
 
-        def with_errors(full: Sequence[Term], reduced: Sequence[Term]) -> tuple[Term, ...]:
-            terms = []
-            for term, small in zip(full, reduced, strict=True):
-                terms.append(replace(term.mapped(bound, bound), matrix=small.matrix))
-            return tuple(terms)
+        full_terms = iter(self.scaled.system.terms)  # in the order of the reduced ones
 
-        M, C, K = map(with_errors, self.scaled.system.parts, self.system.parts)
-        system = replace(self.system, M=M, C=C, K=K)
+        def with_errors(reduced: Term) -> Term:
+            return replace(next(full_terms).mapped(bound, bound), matrix=reduced.matrix)
+
+        system = self.system.mapped(with_errors, self.system.labels)
         return system.assuming("a reduced system approximates the roots of its band or region")
 
     @property
@@ -260,7 +259,7 @@ class Reduction:
         return self.worst_residual <= RESIDUAL_TOLERANCE
 
     def replaced(self, changes: Parameters) -> Reduction:
-        """The same basis with other values of some parameters as the system's own."""
+        """The same basis of the system that has other values of some parameters for its own."""
         other = copy(self)
         other.scaled = copy(self.scaled)
         other.scaled.system = self.scaled.system.replace(changes)
@@ -268,7 +267,7 @@ class Reduction:
         return other
 
     def _stiffness_norm(self, changes: Parameters) -> float:
-        """A bound of the norm of the full K, whose rounding the reduced one carries."""
+        """A bound of the norm of the full K, whose rounding the reduced K carries too."""
         p = self.system.values(changes)
         factors = [abs(term.factor.value(p)) for term in self.system.K]
         norms = self._norms[-len(factors) :]  # those of the terms of K are the last ones
@@ -292,7 +291,8 @@ class Reduction:
         return estimated_backward_errors(self._sketch, self._norms, roots.right, weights)
 
     def modes(self, changes: Parameters) -> EstimatedModes:
-        """The roots in the region that solve the full problem too, but for errors of the basis."""
+        """The roots in the region whose residuals in the full problem show that they are no
+        spurious ones."""
         roots = self.roots(changes)
         residuals = self.residuals(roots, changes)
         is_genuine = residuals <= SPURIOUS_RESIDUAL
@@ -316,6 +316,15 @@ def reduce_system(
     """A reduced system whose roots in a region have backward errors of at most `RESIDUAL_TOLERANCE`
     in the full problem, at all values of the parameters (a greedy reduced basis).
 
+    The basis begins with the right and left modes of the full system at the middle, the first and
+    the last value. Then, again and again:
+
+    - A root of a residual above `SPURIOUS_RESIDUAL` at a sampled value is spurious, or it stands
+      for a mode that the search there has missed. The full problem is solved there once more, with
+      a count of its roots; a root whose residual is as large after that is spurious.
+    - Where no such value is left, the value not yet sampled at which a root has the largest
+      residual adds its modes; `reduce_system` ends when that residual meets the tolerance.
+
     Parameters
     ----------
     scaled : ScaledSystem
@@ -330,10 +339,7 @@ def reduce_system(
     Returns
     -------
     Reduction
-        Its basis starts from the right and left modes of the full system at the middle, the first
-        and the last value. Then, again and again, the value at which a root has the largest
-        residual in the full problem adds its modes. `worst_residual` exceeds the tolerance if 20
-        such samples do not suffice.
+        Its `worst_residual` exceeds the tolerance if `MOST_SAMPLES` values do not suffice.
 
     Raises
     ------
@@ -343,7 +349,7 @@ def reduce_system(
     reduction = kind(scaled, region)
     wide = region.widened(SAMPLED_MARGIN)
     sampled: list[int] = []  # indices of the values whose full modes the basis holds
-    counted: set[int] = set()  # sampled ones at which the roots of the full problem were counted
+    counted: set[int] = set()  # those at which the roots of the full problem were counted
 
     def sample(k: int, where: Rectangle, certify: bool = False) -> None:
         texts = [f"{name} = {value:.6g}" for name, value in values[k].items()]
@@ -360,14 +366,12 @@ def reduce_system(
             _sample_around(reduction, values[k], wide)
     while True:
         residuals = [reduction.residuals(reduction.roots(p), p) for p in values]
-        # A root of large residual at a sampled value is spurious, or a mode that the search there
-        # missed: counting the roots of the full problem decides
         spurious = {k: int(np.sum(residuals[k] > SPURIOUS_RESIDUAL)) for k in sampled}
         undecided = [k for k in sampled if spurious[k] and k not in counted]
         if undecided:
-            sample(undecided[0], region, certify=True)  # what is counted needs no margin
+            sample(undecided[0], region, certify=True)  # in which the undecided roots lie
             continue
-        for k in sampled:  # spurious roots need no sample
+        for k in sampled:
             residuals[k] = residuals[k][residuals[k] <= SPURIOUS_RESIDUAL]
         worst = np.array([np.max(of_value, initial=0.0) for of_value in residuals])
         unsolved = worst.copy()
