@@ -47,9 +47,10 @@ def report_progress(text: str) -> None:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ScaledProblem:
-    """P(lambda) = lambda^2 M + lambda C + K in coordinates z, q = scale z; M may be singular.
+    """P(lambda) = lambda^2 M + lambda C + K in coordinates x, q = scale x; M may be singular.
 
-    M, C, K are CSC arrays (n, n), C of zeros if undamped; `norms` bound their 2-norms.
+    M, C, K are CSC arrays (n, n), C of zeros if undamped; `norms` |M|, |C|, |K| bound their
+    2-norms.
     """
 
     M: csc_array
@@ -120,7 +121,7 @@ def multiply(A: Matrix, columns: NDArray) -> ComplexArray:
 
 
 class ScaledSystem:
-    """A system of terms in coordinates z, q = scale z, the same at all parameters.
+    """A system of terms in coordinates x, q = scale x, the same at all parameters.
 
     Rows and columns are scaled alike, by powers of two, to a unit diagonal of K + w |C| + w^2 M at
     a median frequency w and the system's own parameters: mixtures of units cost no accuracy.
@@ -182,24 +183,18 @@ def scaled_problem(M: Matrix, C: Matrix | None, K: Matrix) -> ScaledProblem:
 
 
 def _diagonal_scale(system: System, matrices: list[list[csc_array]]) -> Array:
-    """The scale (n,) that gives K + w |C| + w^2 M a unit diagonal, w a median frequency.
+    """Powers of two (n,), as scale, that give K + w |C| + w^2 M a diagonal between 1/2 and 2.
 
-    `matrices` are those of the terms of M, of C and of K. Raises InputError for an empty row.
+    w is a median frequency. `matrices` are those of the terms of M, of C and of K. Raises
+    InputError for an empty row.
     """
-    diagonals = np.zeros((3, system.n))  # their sizes in M, C and K
-    for part, (terms, matrices_of_part) in enumerate(zip(system.parts, matrices, strict=True)):
-        for term, A in zip(terms, matrices_of_part, strict=True):
-            entries = np.abs(A.diagonal())
-            if A.nnz and not entries.all():  # where it is zero the column's largest entry serves
-                largest = abs(A).max(axis=0).toarray().ravel()
-                entries = np.where(entries > 0, entries, largest)
-            diagonals[part] += abs(term.factor.value(system.parameters)) * entries
-    mass, damping, stiffness = diagonals
-    # couplings of rows in other units, as gyroscopic ones, serve where a row has nothing else
+    mass, damping, stiffness = _diagonal_sizes(system, matrices)
+    # C with zero on its diagonal couples rows that may be in other units, as gyroscopic terms do:
+    # such a row is scaled by its mass and stiffness, if it has any
     own_damping = sum(abs(A.diagonal()) for A in matrices[1])
     damping = np.where((mass + stiffness > 0) & (own_damping == 0), 0.0, damping)
     squares = stiffness / np.where(mass > 0, mass, np.inf)  # of the frequency of each row alone
-    # the median, since a mass that is rounding makes some of them huge
+    # the (lower) median, since a mass that is rounding makes some of them huge
     squares = np.sort(squares[squares > 0])
     if len(squares):
         square = float(squares[(len(squares) - 1) // 2])
@@ -207,9 +202,27 @@ def _diagonal_scale(system: System, matrices: list[list[csc_array]]) -> Array:
         square = _first_order_rate(damping, stiffness) ** 2
     diagonal = square * mass + stiffness + np.sqrt(square) * damping
     if not np.all(diagonal > 0):
-        row = int(np.argmin(diagonal > 0)) + 1
+        row = int(np.argmin(diagonal > 0)) + 1  # the first one, counted from 1
         raise MatrixError(f"row {row} of M, C and K is empty; every row needs mass or stiffness")
+    # rows and columns are multiplied by the scale: the diagonal by its square
     return 2.0 ** -np.round(np.log2(diagonal) / 2)
+
+
+def _diagonal_sizes(system: System, matrices: list[list[csc_array]]) -> Array:
+    """The sizes (3, n) of the diagonals of M, C and K at the system's own parameters.
+
+    They are summed over the terms. Where that of a term is zero the largest entry of its column
+    serves.
+    """
+    diagonals = np.zeros((3, system.n))
+    for part, (terms, matrices_of_part) in enumerate(zip(system.parts, matrices, strict=True)):
+        for term, A in zip(terms, matrices_of_part, strict=True):
+            entries = np.abs(A.diagonal())
+            if A.nnz and not entries.all():
+                largest = abs(A).max(axis=0).toarray().ravel()
+                entries = np.where(entries > 0, entries, largest)
+            diagonals[part] += abs(term.factor.value(system.parameters)) * entries
+    return diagonals
 
 
 def _first_order_rate(damping: Array, stiffness: Array) -> float:
@@ -275,7 +288,7 @@ def eigenvalues_of(problem: ScaledProblem, roots: Roots) -> tuple[Eigenvalue, ..
     residuals = problem.backward_errors(roots.values, roots.right)
     conditions = _conditions(problem, roots)
     rounding = _rounding(problem, roots.values, residuals, conditions)
-    # the sign of the growth of an infinite root decides nothing
+    # rounding of its whole size leaves open whether an infinite root grows
     rounding = np.where(_may_be_infinite(problem, roots), np.abs(roots.values), rounding)
     right = _in_unscaled_coordinates(problem, roots.right)
     left = _in_unscaled_coordinates(problem, roots.left)
@@ -297,7 +310,7 @@ def eigenvalues_of(problem: ScaledProblem, roots: Roots) -> tuple[Eigenvalue, ..
 def _conditions(problem: ScaledProblem, roots: Roots) -> Array:
     """Condition numbers (m,): the relative change of each root by relative changes of M, C, K.
 
-    (|z|^2 |M| + |z| |C| + |K|) |x| |y| / (|z| |y^H P'(z) x|), infinite where that vanishes.
+    (|z|^2 |M| + |z| |C| + |K|) |x| |y| / (|z| |y^H P'(z) x|), infinite where the divisor vanishes.
     """
     slopes = _slopes(problem, roots)
     lengths = np.linalg.norm(roots.right, axis=0) * np.linalg.norm(roots.left, axis=0)
@@ -313,12 +326,12 @@ def _slopes(problem: ScaledProblem, roots: Roots) -> Array:
 
 
 def _may_be_infinite(problem: ScaledProblem, roots: Roots) -> Bools:
-    """Which roots (m,) may be infinite ones.
+    """True for roots (m,) that may be infinite ones.
 
     Where rounding of entries makes a singular M regular, infinite roots become huge ones: beyond
     the frequency scale and alone, and rounding of each entry moves them by more than a share `LOST`
-    of their size. Roots of a light mass are as large; their entries are as small, and so is what
-    rounding of these does, which the norms in `_rounding` do not see.
+    of their size. A light mass makes roots as huge, but rounding of its own small entry hardly
+    moves them. So the entries are compared here, not norms as in `_rounding`.
     """
     values = roots.values
     sizes = np.abs(values)
@@ -326,7 +339,8 @@ def _may_be_infinite(problem: ScaledProblem, roots: Roots) -> Bools:
     np.fill_diagonal(distances, np.inf)
     is_alone = distances.min(axis=1, initial=np.inf) > ALONE * sizes
     is_fast = sizes > problem.frequency_scale
-    # how far y^H P x may be off: by what x leaves of P x, and by rounding of each entry
+    # a root moves by dz where y^H P'(z) x dz is what y^H P x is off: by the remainder P x, and by
+    # rounding of each entry
     remainders = np.abs(problem.apply(values, roots.right))
     shapes = np.abs(roots.right)
     terms = sizes * (sizes * (abs(problem.M) @ shapes) + abs(problem.C) @ shapes)
@@ -340,33 +354,17 @@ def _rounding(
 ) -> Array:
     """How far rounding may move each root (rad/s); exact zeros by nothing.
 
-    `root_rounding` is made for eigenvalues of a matrix, which move by error * condition * norm of
-    the matrix. In place of the norm it gets a scale (rad/s) here, and in place of the condition
-    c = condition * |lambda| / scale (condition at most 1 / EPS): an isolated root moves by
-    error * condition * |lambda|. error * scale is the least distance at which `root_rounding` tells
-    two roots apart, and no root moves further than 2 scale error^(1 / rows).
-
-    Rounding of K moves the square of a root, and so a root far below the problem's frequency scale
-    omega_K by more than a share of its own size. With z = max(|lambda|, sqrt(error) omega_K) the
-    scale is the largest of
-
-    - |lambda|;
-    - |P(lambda)| / |P'(z)|: how far a relative error of the matrices moves even a root of
-      orthogonal vectors, and so each of a multiple root, whose computed copies lie that far apart.
-      Without damping this decides up to |lambda| = omega_K;
-    - sqrt(error) omega_K^2 / z, at most omega_K: it decides for slow roots where |C| exceeds
-      sqrt(|K| |M|) by far.
+    A simple root of P moves by error * condition * |lambda|. `root_rounding` is made for the
+    eigenvalues of a matrix, of which a simple one moves by error * c * norm: here it gets a scale
+    (rad/s) of each root for the norm, and c = condition * |lambda| / scale. By the scale it decides
+    how close roots move together: distances below error * scale count as that, and no root moves
+    further than 2 scale error^(1 / rows).
     """
     sizes = np.abs(values)
     errors = np.maximum(residuals, LEAST_BACKWARD_ERROR)
-    least_size = np.sqrt(errors) * problem.frequency_scale
-    z = np.maximum(sizes, least_size)
-    mass, damping, _ = problem.norms
+    scales = _scales(problem, sizes, errors)
     with np.errstate(invalid="ignore"):  # K = 0: the root is 0
-        of_slow_roots = least_size * (problem.frequency_scale / z)
-        of_multiple_roots = problem.size(sizes) / (2 * z * mass + damping)
-        scales = np.fmax(np.fmax(sizes, of_slow_roots), of_multiple_roots)
-        # c of the docstring
+        # c of the docstring; greater conditions are those of defective roots and say no more
         scaled_conditions = np.minimum(conditions, 1 / EPS) * sizes / scales
     # a root may meet its conjugate, also where that is not listed: it is added for the call
     is_unpaired = problem.is_real & (values.imag != 0) & ~np.isin(values.conj(), values)
@@ -380,6 +378,30 @@ def _rounding(
     )
     rounding = _rounding_in_groups(all_values, rounding)
     return np.where(sizes > 0, rounding[: len(values)], 0.0)
+
+
+def _scales(problem: ScaledProblem, sizes: Array, errors: Array) -> Array:
+    """The scale (m,) of each root, rad/s, in place of the norm of a matrix, see `_rounding`.
+
+    sizes: |lambda|; errors: relative ones of M, C and K. Rounding of K moves lambda^2 by
+    error omega_K^2 (omega_K, the problem's frequency scale), and so a root far below omega_K by
+    more than a share of its own size. With z = max(|lambda|, sqrt(error) omega_K) the scale is the
+    largest of
+
+    - |lambda|;
+    - |P(lambda)| / |P'(z)|: times the error, how far rounding moves even a root of the least
+      condition, and so each of a multiple root, whose computed copies lie that far apart. Without
+      damping this decides up to |lambda| = omega_K;
+    - sqrt(error) omega_K^2 / z, at most omega_K: it decides for slow roots where |C| exceeds
+      sqrt(|K| |M|) by far.
+    """
+    least_size = np.sqrt(errors) * problem.frequency_scale
+    z = np.maximum(sizes, least_size)
+    mass, damping, _ = problem.norms
+    with np.errstate(invalid="ignore"):  # K = 0: the root is 0
+        of_slow_roots = least_size * (problem.frequency_scale / z)
+        of_multiple_roots = problem.size(sizes) / (2 * z * mass + damping)
+        return np.fmax(np.fmax(sizes, of_slow_roots), of_multiple_roots)
 
 
 def _rounding_in_groups(values: ComplexArray, rounding: Array) -> Array:
