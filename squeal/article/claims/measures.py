@@ -65,7 +65,7 @@ class Case:
 
 
 def lost_share(shares: Mapping[State, float], watched: Sequence[bool]) -> float:
-    """Share of time in which some of the watched edges is separated.
+    """Share of time in which at least one of the watched edges is separated.
 
     shares: of time by contact state; watched: whether the leading and the trailing edge count, such
     as those that touch in the equilibrium.
@@ -116,18 +116,20 @@ class Equilibria(NamedTuple):
 
 
 def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Equilibria:
-    """The equilibria with friction mu (n,) that Newton's method reaches from a place (3, n), or
-    from the initial position. All parameters of the pads are arrays (n,).
+    """The equilibria with friction mu (n,) that Newton's method reaches from `start`, in SI units.
 
-    A place of NaN, where an earlier search failed, counts as the initial position, too.
+    start: places (x, y, theta), (3, n); the initial position if left out, or where it is NaN since
+    an earlier search failed. All parameters of the pads are arrays (n,). Where Newton's method
+    fails all is NaN; where it ends without contact the reaction is NaN.
     """
     statics = Statics.of(model)
     length = statics.units.length
-    w = statics.model.pad.w  # over that length
-    z = np.zeros((4, len(mu)))  # the unknowns of `Statics`: x, y and w theta over length, and mu
+    w = statics.model.pad.w  # in natural units, as all of `statics`
+    z = np.zeros((4, len(mu)))  # x, y, w theta in natural units, and mu
     if start is not None:
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu
+    # touching=None: the contact state is that of the gaps, in each step
     z, _, reached = statics.settle(z, touching=None, passes=10)
     q = statics.place(z)
     gaps = np.where(reached, statics.gaps(z), math.nan)

@@ -4,6 +4,8 @@ A signal that starts from zero is on neither side of it yet: its way up (or down
 nothing of whether it comes back, so that it counts from its first turn on.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from squeal.errors import InputError
@@ -22,21 +24,22 @@ PLACES = 4
 FINE = 24
 LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 """Least impulses of a blow that are tried, over F_n T_1 with the period T_1 = 2 pi (m/k1)^(1/2)."""
-# where a state stands if its number is leading + 2 trailing
+# numbers leading + 2 trailing of the states, in the order of `STATES`: rows of `_times`
 _CODES = [state[LEADING] + 2 * state[TRAILING] for state in STATES]
 _APART = 1.0 - np.array(STATES, dtype=float).T  # (2, 4): whether an edge is separated in a state
 
 
 def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
-    """The measures (n = 1) of a scene of B1 or B2, times in natural units, speeds in the scene's.
+    """The measures (n = 1) of a scene of B1 or B2, times in natural units, velocities in m/s.
 
     Raises ComputationError where the model ends.
     """
     units, model, state, stop = in_natural_units(scene)
     integrator = make_integrator(model, scene.tolerance, "auto")
-    segment = whole(model, integrator, units, state, stop, True)
-    natural = Units(*(np.array([v]) for v in (1.0, units.velocity, 1.0, 1.0)))  # type: ignore[arg-type]
-    return measures(segment, natural, FINE)
+    segment = whole(model, integrator, units, state, stop, dense=True)
+    # `measures` multiplies times by the unit of time, here 1, and velocities by length over time
+    mass, length, time, lever = np.array([[1.0], [units.velocity], [1.0], [1.0]])
+    return measures(segment, Units(mass, length, time, lever), FINE)
 
 
 def measures(
@@ -44,17 +47,17 @@ def measures(
 ) -> dict[str, np.ndarray]:
     """The arrays of n motions that `measures.case_of` reads, by name.
 
-    Signals are read at `places` places of each step first. All shares and ranges are those of the
-    time since the first contact.
+    All shares, means and ranges are those of the time since the first contact. The range of a
+    signal begins later where the signal is zero at the first contact, see `_first_turn`.
 
     Parameters
     ----------
     segment
-        The motions, with the motion between contact changes.
+        The motions in natural units, with their steps (`dense`).
     units
-        What times and velocities are given in.
+        Units of pad i in SI: times are multiplied by units.time, velocities by units.velocity.
     places
-        How many.
+        At so many places of each step signals are sampled; extrema between them are refined.
     calm
         Whether `calm` is computed, which takes long; NaN otherwise.
 
@@ -83,8 +86,8 @@ def measures(
     calm : (n,)
         Greatest acceleration in the last tenth over that of the whole run.
     fastest, face : (n,)
-        Greatest x_dot, and greatest speed of the lower face while the face touches, NaN if it never
-        does. Friction never reverses if the speed V of the surface exceeds `face`.
+        Greatest x_dot, and greatest velocity along x of the lower face while the face touches, NaN
+        if it never touches. Friction never reverses if the speed V of the surface exceeds `face`.
 
     Raises
     ------
@@ -99,7 +102,6 @@ def measures(
     spent = _times(segment)  # (4, n)
     duration = np.where(np.isfinite(touched), segment.t1 - touched, 0.0)
     grid = Grid(segment, places)
-    is_line = not law.plotted[1].is_force
     signals = plotted(law)
     first, second = grid.read(signals)  # (k, s) each
 
@@ -108,51 +110,58 @@ def measures(
         ends = grid.ranges(read, values, _first_turn(grid, values, touched))
         return np.where(np.isfinite(ends), ends, np.nan)
 
-    def tilt(c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
-        return np.asarray(np.arctan2(c.rty - c.rly, c.rtx - c.rlx) + states[2] / c.w)
-
     def edge_force_sum(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
         return np.asarray(signals(c, states, on).sum(axis=0))
 
-    def speed(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
-        return np.asarray(states[3])
-
-    nothing = np.full((n, 2), np.nan)
+    is_line = not law.plotted[1].is_force
+    separated = _APART @ spent  # (2, n), times
+    # load and its moment about the centre, which is above 0 if the load is on the trailing half
+    if is_line:  # the signals are Rn and its position delta
+        load = first
+        moment = first * second
+        together = np.full((n, 2), np.nan)
+        # the edge forces that replace Rn vanish with it, at both edges at once
+        vanishing = np.array(2 * [spent[STATES.index(NONE)]])
+    else:  # the signals are F3 at the leading edge, -w, and F4 at the trailing edge, w
+        load = first + second
+        moment = second - first
+        together = span(edge_force_sum, load)
+        vanishing = separated
+    blows, heaviest = _blows(grid, np.nan_to_num(load), np.nan_to_num(moment), n)
     motion = grid.steps.motion
-    tilts = grid.read(tilt)
+    tilts = grid.read(_tilt)
     has_touched = grid.steps.t >= touched[motion]
     # of the first signal over each step
     integrals = np.where(has_touched, grid.weights @ np.nan_to_num(first), 0.0) * grid.steps.h
-    if is_line:  # the reaction and its position
-        load = first
-        moment = first * second
-        without_contact = spent[STATES.index(NONE)]
-        vanishing = np.array([without_contact, without_contact])  # the same for both edges
-    else:  # the forces at the leading and the trailing edge
-        load = first + second
-        moment = second - first
-        vanishing = _APART @ spent
-    blows, heaviest = _blows(grid, np.nan_to_num(load), np.nan_to_num(moment), n)
     facing_speed = grid.ranges(face_speed)[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
             "duration": duration * units.time,
-            "separated": (_APART @ spent).T * np.reshape(units.time, (-1, 1)),
+            "separated": separated.T * np.reshape(units.time, (-1, 1)),
             "shares": (spent / duration).T,
             "losses": _losses(segment),
             "first": span(one_of(signals, 0), first),
             "second": span(one_of(signals, 1), second),
-            "together": nothing if is_line else span(edge_force_sum, first + second),
-            "tilt": span(tilt, tilts),
+            "together": together,
+            "tilt": span(_tilt, tilts),
             "down": _negative(grid, tilts, touched, n) / duration,
             "mean": np.bincount(motion, integrals, n) / duration,
             "blows": blows,
             "heaviest": heaviest,
             "vanishes": vanishing.T / duration[:, None],
             "calm": _calm(grid, segment.t1 - LATE * duration) if calm else np.full(n, np.nan),
-            "fastest": grid.ranges(speed)[:, 1] * units.velocity,
+            "fastest": grid.ranges(_x_dot)[:, 1] * units.velocity,
             "face": np.where(np.isfinite(facing_speed), facing_speed, np.nan) * units.velocity,
         }
+
+
+def _tilt(c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
+    """theta0 + theta in rad: the lower face is inclined by theta0 at first, states[2] = w theta."""
+    return np.asarray(np.arctan2(c.rty - c.rly, c.rtx - c.rlx) + states[2] / c.w)
+
+
+def _x_dot(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
+    return np.asarray(states[3])
 
 
 def _first_contact(segment: Segment) -> np.ndarray:
@@ -200,10 +209,12 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
     """When (n,) a signal begins to count: at the first contact, or at the first turn of a signal
     that is zero at the first contact.
 
-    values (k, s): the signal at k places of each step; touched (n,): time of the first contact,
-    inf without one.
+    values (k, s): the signal at k places of each step, NaN where it has no value, as delta without
+    contact; touched (n,): time of the first contact, inf without one. A turn is a sample at which
+    the signal stops to rise, to fall or to have a value. A signal without a turn counts at its last
+    sample alone.
     """
-    # of each motion, and the end of the last
+    # number of the first step of each motion, and the number of all steps
     first_steps = np.append(grid.first_steps, values.shape[1])
     since = touched.copy()
     for motion in np.flatnonzero(np.isfinite(touched)).tolist():
@@ -216,6 +227,7 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
         times = grid.t[:, begin:end]
         signal = np.append(values[:-1, begin:end].T.ravel(), values[-1, end - 1])
         direction = np.sign(np.diff(signal))
+        # NaN differs from every number: where the signal ends is a turn, where it begins is none
         turns = np.flatnonzero((direction[1:] != direction[:-1]) & ~np.isnan(direction[:-1]))
         if turns.size == 0:
             since[motion] = times[-1, -1]
@@ -246,11 +258,42 @@ def _blows(
     grid: Grid, load: np.ndarray, moment: np.ndarray, n: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """How often successive blows fall on different edges, by least impulse (n, levels), and the
-    heaviest blow on the leading and the trailing edge (n, 2).
+    impulse of the heaviest blow on the leading and the trailing edge (n, 2).
 
-    load, moment (k, s): contact force over F_n, and its moment about the centre over F_n w. A blow
-    on an edge is the time between two changes of the moment's sign, in which the resultant acts on
-    that edge's half; its impulse is that of the whole force, over F_n T_1.
+    A level of `LEVELS` leaves out the blows with a lesser impulse. load, moment: see `_each_blow`.
+    """
+    motion, side, impulse = _each_blow(grid, load, moment)
+    heaviest = np.zeros((n, 2))
+    for edge, sign in enumerate((-1.0, 1.0)):
+        on_edge = side == sign
+        np.fmax.at(heaviest[:, edge], motion[on_edge], impulse[on_edge])
+    turns = np.zeros((n, len(LEVELS)), dtype=int)
+    for column, level in zip(turns.T, LEVELS, strict=True):
+        counts = (impulse > level) & (side != 0.0)
+        struck = side[counts]
+        of_motion = motion[counts]
+        is_turn = (struck[1:] != struck[:-1]) & (of_motion[1:] == of_motion[:-1])
+        column[:] = np.bincount(of_motion[1:][is_turn], minlength=n)
+    return turns, heaviest
+
+
+class _EachBlow(NamedTuple):
+    """All b blows of n motions, in order of motion and time; arrays (b,).
+
+    motion: its number; side: -1 on the leading half, 1 on the trailing half, 0 for the time before
+    a first force; impulse: of the contact force, over F_n T_1.
+    """
+
+    motion: np.ndarray
+    side: np.ndarray
+    impulse: np.ndarray
+
+
+def _each_blow(grid: Grid, load: np.ndarray, moment: np.ndarray) -> _EachBlow:
+    """The blows: the times between changes of the moment's sign, each with the whole impulse.
+
+    load, moment (k, s): contact force over F_n, and its moment about the centre over F_n w, below 0
+    where the resultant acts on the leading half.
     """
     steps = grid.steps
     period = 2.0 * np.pi * np.sqrt(1.0 / grid.c.k1)  # T_1, since the mass is the unit
@@ -264,31 +307,21 @@ def _blows(
     # a blow lasts as long as side and motion stay the same
     changes = (side[1:] != side[:-1]) | (motion[1:] != motion[:-1])
     begin = np.flatnonzero(np.append(True, changes))
-    impulse_of_blow = np.add.reduceat(impulse, begin)
-    side_of_blow = side[begin]
-    motion_of_blow = motion[begin]
-    turns = np.zeros((n, len(LEVELS)), dtype=int)
-    heaviest = np.zeros((n, 2))
-    for edge, sign in enumerate((-1.0, 1.0)):
-        on_edge = side_of_blow == sign
-        np.fmax.at(heaviest[:, edge], motion_of_blow[on_edge], impulse_of_blow[on_edge])
-    for column, level in zip(turns.T, LEVELS, strict=True):
-        counts = (impulse_of_blow > level) & (side_of_blow != 0.0)
-        struck = side_of_blow[counts]
-        of_motion = motion_of_blow[counts]
-        is_turn = (struck[1:] != struck[:-1]) & (of_motion[1:] == of_motion[:-1])
-        column[:] = np.bincount(of_motion[1:][is_turn], minlength=n)
-    return turns, heaviest
+    return _EachBlow(motion[begin], side[begin], np.add.reduceat(impulse, begin))
 
 
 def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
-    """Greatest acceleration after a time (n,) over that of the whole run, (n,)."""
+    """Greatest acceleration after the times `late` (n,) over that of the whole run, (n,).
+
+    In a step of length h a state is the sum of series[k] u^k over the share u = (t - t_step) / h,
+    so that its time derivative is the sum of k series[k] u^(k - 1) / h; of the velocities
+    (x_dot, y_dot, w theta_dot) that is the acceleration, whose Euclidean norm counts.
+    """
     steps = grid.steps
-    k = np.arange(1, len(grid.steps.series))
-    # derivatives k share^(k - 1) of the powers share^k, 0 of the constant one
-    powers = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))
-    accelerations = np.tensordot(powers, steps.series, 1)[:, 3:]  # by the share of the step
-    squares = (accelerations**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
+    k = np.arange(1, len(steps.series))
+    factors = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))  # 0 for k = 0
+    slopes = np.tensordot(factors, steps.series, 1)[:, 3:]  # of the velocities by u
+    squares = (slopes**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
     late_squares = np.where(grid.t >= late[steps.motion], squares, 0.0)
     greatest = np.maximum.reduceat(squares.max(axis=0), grid.first_steps)
     late_greatest = np.maximum.reduceat(late_squares.max(axis=0), grid.first_steps)

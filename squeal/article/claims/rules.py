@@ -145,7 +145,11 @@ def tilted_up(case: Case) -> Outcome:
 
 
 def trailing_edge_alone(case: Case) -> Outcome:
-    """Where contact is lost, it is at the trailing edge; without a loss nothing contradicts it."""
+    """Where contact is lost, it is at the trailing edge; without a loss nothing contradicts it.
+
+    The margin is the share of time in which the leading edge touches if the edge never separates,
+    else minus the share in which it is separated.
+    """
     leading = case.separated[LEADING] / case.duration
     trailing = case.separated[TRAILING] / case.duration
     margin = -leading if leading > TOUCH else 1.0 - leading
@@ -174,14 +178,14 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     """The edge that blows strike changes at least `TURNS` times, and at each edge the force
     vanishes for some share of the time.
 
-    The same for both models: a blow is a span in which the resultant of the contact force stays on
-    one half of the face, if the impulse exceeds `level` F_n T_1, one of `motions.LEVELS`. A margin
-    above 0 is the share of time without force at the edge where it is the lesser. A margin below 0
-    is minus the share of `TURNS` that is missing, and minus what that share of time lacks to
-    `TOUCH`.
+    A blow, in both models, is a time in which the resultant of the contact force stays on one half
+    of the face, if its impulse exceeds `level` F_n T_1, one of `motions.LEVELS`. The margin is the
+    share of time without force, at the edge where that share is less. Where the case does not
+    hammer, it is -(1 - turns / TURNS) for changes that are missing, and where none is missing
+    -(TOUCH - share) for the share that is too small.
     """
-    turns = case.blows[LEVELS.index(level)]  # changes of the edge struck, a number for each level
-    gone = min(case.vanishes)  # of the leading and of the trailing edge
+    turns = case.blows[LEVELS.index(level)]  # changes of the edge struck
+    gone = min(case.vanishes)  # share of time without force, of the two edges
     measured = (
         f"{turns} changes of the edge struck, heaviest blows {case.heaviest[0]:.3g} and "
         f"{case.heaviest[1]:.3g} F_n T_1, least share without force at an edge {100 * gone:.3g} %"
@@ -189,7 +193,7 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     if turns >= TURNS and gone > TOUCH:
         return Outcome(gone, measured)
     missing_turns = max(1.0 - turns / TURNS, 0.0)
-    missing_share = max(TOUCH - gone, 0.0)  # of time without force; it counts where no turn misses
+    missing_share = max(TOUCH - gone, 0.0)  # at most TOUCH, nothing beside a missing turn
     return Outcome(-missing_turns - missing_share, measured)
 
 

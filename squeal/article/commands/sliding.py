@@ -34,14 +34,15 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     """All sliding equilibria at the scene's mu with the verdict on each, least potential first.
 
     `squeal eigenvalues` takes the equilibrium that is `on_branch`, or the first of the list if the
-    branch from mu = 0 does not reach the scene's mu. Where the branch does not rise from mu = 0 to
-    the scene's mu, all equilibria lie beyond.
+    branch from mu = 0 does not reach the scene's mu. In that case `beyond` of every equilibrium
+    says why the branch ends earlier; else it is empty.
     """
     model = damped_model(scene)
     lever = np.array([1.0, 1.0, scene.pad.w])  # displacements of (x, y, theta) in m
-    equilibria = find_all(model)  # which says of none whether it is on the branch
-    taken, _ = sliding_equilibrium(model)
+    equilibria = find_all(model)  # with `on_branch` and `beyond` of none
+    taken, _ = sliding_equilibrium(model)  # with both
     if taken is not None:
+        # `taken` replaces the one of the list that is the same to within Newton's accuracy
         same = 1e-6 * np.abs(taken.q * lever).max()
         others = []
         for other in equilibria:
