@@ -54,17 +54,22 @@ def _arrow(
     together: bool,
 ) -> None:
     """A bowed arrow from box to box with its label on the bow; dashed where two gaps must vanish
-    `together`."""
+    `together`.
+
+    The bow is to the left of the direction, so that the arrows of a change and of its reverse do
+    not cover each other. start, stop: centres of the boxes.
+    """
     along = np.subtract(stop, start)
     direction = along / np.hypot(*along)
     left = np.array([-direction[1], direction[0]])
-    # the straight line leaves a box at its nearer side; the arrow begins a little outside of it
+    # distances from the centre at which the straight line passes the sides and the top of a box
     crossings = [_SIZE[i] / abs(direction[i]) for i in (0, 1) if abs(direction[i]) > 1e-9]
-    reach = min(crossings) + 0.12
-    tail = start + direction * reach + 0.5 * _BOW * left
-    head = stop - direction * reach + 0.5 * _BOW * left
+    inside = min(crossings) + 0.12  # the arrow begins and ends a little outside of the box
+    tail = start + direction * inside + 0.5 * _BOW * left
+    head = stop - direction * inside + 0.5 * _BOW * left
     look: dict[str, Any] = {
         "arrowstyle": "-|>",
+        # rad is the bow over the distance of the ends, to the right if above 0
         "connectionstyle": f"arc3,rad={-_BOW / np.hypot(*(head - tail)):.3f}",
         "shrinkA": 0.0,
         "shrinkB": 0.0,
@@ -96,16 +101,16 @@ def chart(model: Model) -> Figure:
 
 def alternative_text(model: Model) -> str:
     """The chart in words."""
-    single, double = (
-        [f"{a} to {b}" for (a, b), gaps in links(model).items() if gaps == n] for n in (1, 2)
-    )
+    changes: dict[int, list[str]] = {1: [], 2: []}  # by the number of gaps that vanish together
+    for (source, target), gaps in links(model).items():
+        changes[gaps].append(f"{source} to {target}")
     boxes = "; ".join(
         f"{label}: {meaning}" for label, meaning in contact_law(model).meanings.items()
     )
     return (
         f"State flow chart of model {model}. Boxes: {boxes}. Solid arrows, one edge changes: "
-        f"{', '.join(single)}. Dashed arrows, both edges change in the same instant: "
-        f"{', '.join(double)}."
+        f"{', '.join(changes[1])}. Dashed arrows, both edges change in the same instant: "
+        f"{', '.join(changes[2])}."
     )
 
 

@@ -53,8 +53,11 @@ lose contact at low damping, and some motions outrun the surface; neither are co
 
 
 def _interpolated(points: Sequence[Point], over: str, values: np.ndarray) -> np.ndarray:
-    """Modal damping at which sliding becomes stable at values of `over`, contact damping "a" or
-    friction "mu": between points of that boundary, and 0 beside them, where it needs none."""
+    """Modal dampings (v,) at which sliding becomes stable, at `values` (v,) of `over`.
+
+    over: contact damping "a" or friction "mu"; points: of that boundary, between which the damping
+    is linear. Outside of their range it is 0: sliding is stable without modal damping.
+    """
     if not points:
         return np.zeros(len(values))
     place = np.array([getattr(point, over) for point in points])
@@ -65,10 +68,12 @@ def _interpolated(points: Sequence[Point], over: str, values: np.ndarray) -> np.
 def _regions(
     axes: Axes, motion: Motion, over: str, values: np.ndarray, low: float, high: float
 ) -> None:
-    """Draw where sliding is unstable, where sliding and a cycle are stable, and the boundaries of
-    cycles: modal damping over contact damping "a" or friction "mu".
+    """Draw a panel of modal damping over contact damping "a" or friction "mu".
 
-    values: of `over`; low, high: modal damping at the ends of the panel.
+    Grey, from the bottom up to `unstable`: sliding is unstable. Orange, from `lower` to `upper`:
+    sliding and a cycle with loss of contact are stable. A fold ends that cycle at `upper`; below
+    `lower` sliding or the cycle is unstable. values (v,): of `over`; low, high: modal damping at
+    the bottom and the top of the panel.
     """
     sliding = motion.sliding if over == "a" else motion.over_friction
     unstable = np.maximum(_interpolated(sliding, over, values), low)
@@ -76,7 +81,9 @@ def _regions(
     for curve in motion.boundaries:
         if curve.over == over and curve.kind == "fold":
             last = curve.points[-1]
-            if last.zeta > high:  # tracing stops above the panel: from there on the cycle fills it
+            if last.zeta > high:
+                # the fold was traced up to a point above the panel: right of it `height_at` knows
+                # no fold, but the cycle is stable up to the top
                 upper[values >= getattr(last, over)] = high
     floor = np.array([floor_at(motion.boundaries, over, float(value)) for value in values])
     lower = np.maximum(unstable, floor)

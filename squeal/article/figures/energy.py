@@ -27,9 +27,8 @@ AREAS: dict[int, dict[str, Any]] = {
 
 def _episodes(axes: Axes, motion: Motion) -> None:
     for sign, look in AREAS.items():
-        for episode in motion.episodes:
-            if episode.fed in motion.fed(sign):
-                axes.axvspan(episode.start, episode.stop, zorder=0, **look)
+        for episode in motion.working_episodes(sign):
+            axes.axvspan(episode.start, episode.stop, zorder=0, **look)
 
 
 def energy_figure(record: Energy) -> Figure:
@@ -72,8 +71,8 @@ def draw(record: Energy) -> Drawing:
     parts = []
     for name, motion in record.motions.items():
         if isinstance(motion, Motion) and motion.curves:
-            gain = motion.fed(1)
-            loss = motion.fed(-1)
+            gain = [episode.fed for episode in motion.working_episodes(1)]
+            loss = [episode.fed for episode in motion.working_episodes(-1)]
             parts.append(
                 f"{motion_title(name)}: friction does {motion.friction:.2g} J, the contact law "
                 f"{sum(gain):.2g} J in {len(gain)} episodes of partial contact and "

@@ -79,12 +79,13 @@ def _models(axes: Axes) -> None:
 
 def lamps(hammering: Hammering, sets: Sets) -> dict[str, list[str]]:
     """The motions, as "b1-a", of which each statement is true."""
-    first = {name: one["1"] for name, one in hammering.motions.items()}
+    # each motion over one observation time; over ten it stands under "10"
+    motions = {name: by_windows["1"] for name, by_windows in hammering.motions.items()}
     reference = sets.sets[REFERENCE]
     return {
-        "an edge separates": [name for name, one in first.items() if one.lost],
-        "both separate at once": [name for name, one in first.items() if one.separated > 0.0],
-        "the pad hammers": [name for name, one in first.items() if one.hammers],
+        "an edge separates": [name for name, one in motions.items() if one.lost],
+        "both separate at once": [name for name, one in motions.items() if one.separated > 0.0],
+        "the pad hammers": [name for name, one in motions.items() if one.hammers],
         "the equilibrium flutters": [
             stem(model, case) for model, cases in reference.flutters.items() for case in cases
         ],

@@ -59,12 +59,16 @@ def panel(axes: Axes, points: Sequence[Point], where: Where) -> None:
 def panels(
     record: Accuracy, where: Where, label: str, rows: int, height: float
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel a case, row by row, and the axes of the grid that stay empty."""
+    """A figure with a panel a case, row by row, and the axes of the grid that stay empty.
+
+    where: place of a run on the abscissa, which `label` names; rows, height: of the grid of panels,
+    in inches. A row has half as many panels as there are cases.
+    """
     figure = Figure(figsize=(DOUBLE, height))
     columns = math.ceil(len(record.changes) / 2)
     grid = figure.subplots(rows, columns, squeeze=False)
-    every = list(grid.ravel())
-    for axes, case, letter in zip(every, record.changes, LETTERS, strict=False):
+    panels_in_order = list(grid.ravel())
+    for axes, case, letter in zip(panels_in_order, record.changes, LETTERS, strict=False):
         panel(axes, [p for p in record.points if p.case == case], where)
         axes.set_xlabel(label)
         axes.set_title(f"({letter}) {case}", loc="left", pad=3.0)
@@ -76,7 +80,7 @@ def panels(
         looks: Any = {"color": colour, "ls": line, "marker": marker, "label": path}
         handles.append(Line2D([], [], ms=4, lw=0.8, **looks))
     figure.legend(handles=handles, loc="outside upper center", ncols=4)
-    return figure, every[len(record.changes) :]
+    return figure, panels_in_order[len(record.changes) :]
 
 
 def draw(record: Accuracy) -> Drawing:

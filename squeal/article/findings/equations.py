@@ -162,6 +162,17 @@ def _rough(share: float) -> str:
     return "more than 10 %" if share > 0.1 else f"{100.0 * share:.3g} %"
 
 
+def _touching_by_equation(pad: Pad, y: float, tilt: float) -> tuple[bool, bool]:
+    """Whether the leading edge at -w and the trailing edge at w touch by Eq. (12), for tilt > 0.
+
+    Eq. (12) gives the abscissa x_cl, from the middle of the face, at which the lower face crosses
+    the surface. The face is below the surface left of it: an edge at x touches where x < x_cl.
+    """
+    phi = pad.theta0 + (tilt - pad.theta0)  # theta0 + theta, rounded as in a pose
+    x_cl = -(pad.y0 + y + pad.h) / math.tan(phi) + pad.h / math.sin(phi)
+    return x_cl > -pad.w, x_cl >= pad.w
+
+
 def contact_loss_point(pad: Pad) -> Measured:
     """E11: share of random poses whose contact state by Eq. (12) is not that of their edge
     penetrations, for three tilts."""
@@ -173,18 +184,13 @@ def contact_loss_point(pad: Pad) -> Measured:
     for exponent in (-8, -12, -16):
         tilt = 10.0**exponent
         wrong = 0
-        for height in random.uniform(-1.5, 1.5, count):  # over w tilt, where an edge touches at 1
+        # height of the middle of the face over w tilt: at -1 and at 1 an edge begins to touch
+        for height in random.uniform(-1.5, 1.5, count):
             y = -pad.y0 + height * pad.w * tilt
-            phi = pad.theta0 + (tilt - pad.theta0)  # with the rounding that a pose has
-            # Eq. (12): where the lower face crosses the surface, from the middle of the face
-            x_cl = -(pad.y0 + y + pad.h) / math.tan(phi) + pad.h / math.sin(phi)
-            # whether the leading edge at -w and the trailing edge at w touch: with a tilt above 0
-            # an edge does so up to x_cl
-            by_equation = (x_cl > -pad.w, x_cl >= pad.w)
             gap_l, gap_t = gaps(c, pose(math, (0.0, y, tilt - pad.theta0)))
             by_penetration = (gap_l < 0.0, gap_t <= 0.0)
-            beside_a_change = abs(abs(height) - 1.0) <= 1e-3
-            if by_equation != by_penetration and not beside_a_change:
+            is_near_a_change = abs(abs(height) - 1.0) <= 1e-3  # where rounding may decide either
+            if _touching_by_equation(pad, y, tilt) != by_penetration and not is_near_a_change:
                 wrong += 1
         share = wrong / count
         numbers[f"wrong_1e{exponent}"] = share

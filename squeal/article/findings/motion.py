@@ -126,7 +126,11 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
 
 
 def fed_by_the_law(study: Study) -> Measured:
-    """E4: work of each contact law on a closed path, and in the motion of case c, which hammers."""
+    """E4: work of each contact law on a closed path, and in the motion of case c, which hammers.
+
+    `works.fed` is the work of the normal reaction beyond what its potential gives back: 0 to
+    rounding for a law that has a potential.
+    """
     scene = study.b2["c"]
     path = partial_contact_energy(scene.pad)
     numbers = dict(path.numbers)
@@ -143,12 +147,14 @@ def fed_by_the_law(study: Study) -> Measured:
             continue
         fed = works.fed / works.kinetic
         numbers |= {f"fed_{law}": fed, f"turns_{law}": float(case.blows[0])}
-        work = f"{works.fed:+.2g} J ({fed:+.2g} of the greatest kinetic energy"
+        work = f"{works.fed:+.2g} J"
+        share = f"{fed:+.2g}"
         if abs(fed) < ROUNDING:
-            work = f"0 J (less than {bound(fed)} of the greatest kinetic energy"
+            work = "0 J"
+            share = f"less than {bound(fed)}"
         text += (
-            f" In case c {law_name} does the work {work}; friction {works.friction:.2g} J), "
-            f"delta/w goes from "
+            f" In case c {law_name} does the work {work} ({share} of the greatest kinetic energy; "
+            f"friction {works.friction:.2g} J), delta/w goes from "
             f"{case.second.low:.2f} to {case.second.high:.2f}, and the edge struck changes "
             f"{case.blows[0]} times."
         )
@@ -258,7 +264,8 @@ def sliding(study: Study) -> Measured:
     """E16: the greatest velocities of the pad and of its lower face along the surface over V.
 
     Friction acts at the face, whose velocity counts while the face touches: x_dot + a theta_dot
-    with the arm a = h cos(theta0 + theta). But `sliding_holds` judges the pad: x_dot below V.
+    with the arm a = h cos(theta0 + theta). A run counts as lost by `sliding_holds`, which compares
+    x_dot of the pad with V, not the velocity of the face.
     """
     pad_over_V = 0.0
     face_over_V = 0.0

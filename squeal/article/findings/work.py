@@ -64,12 +64,16 @@ class Works(NamedTuple):
 
 
 class _Power:
-    """Integrates the powers of the forces over each step (Lobatto's quadrature)."""
+    """Integrates the powers of the forces over each step (Lobatto's quadrature).
+
+    All is in natural units. Segments are passed to `observe` in the order of time.
+    """
 
     def __init__(self, model: PadModel) -> None:
         self._model = model
-        self.kinetic = 0.0
-        # rows as in `Energies`, a column for the first begin and for the end of each step
+        self.kinetic = 0.0  # the greatest so far
+        # rows as in `Energies`, a column for the first begin and for the end of each step; the load
+        # row is -F_n y, so that the work of the brake force is its change
         self.columns: list[np.ndarray] = []
         self.partial: list[np.ndarray] = []  # whether each step is in partial contact
 
@@ -92,20 +96,23 @@ class _Power:
         return np.array([kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]])
 
     def observe(self, segment: Segment) -> None:
-        """Add the steps of a segment: energies at the ends of its steps, and works up to there."""
+        """Append to `columns` and `partial` the steps of the next segment.
+
+        A load does the work: integral over the step of (F_x, F_y, M) . (x_dot, y_dot, theta_dot).
+        That of friction is what the contact does beyond the contact without friction.
+        """
         model = self._model
         grid = Grid(segment, PLACES)
         on = segment.steps.on
         # states hold w theta in place of theta
-        units = np.array([1.0, 1.0, 1.0 / model.pad.w]).reshape(3, *[1] * (grid.states.ndim - 1))
-        q = grid.states[:3] * units
-        rates = grid.states[3:] * units
+        to_theta = np.array([1.0, 1.0, 1.0 / model.pad.w])[:, None, None]
+        q = grid.states[:3] * to_theta  # (3, place, step)
+        rates = grid.states[3:] * to_theta
         normal = self._contact(model.replace(mu=0.0), q, rates, on[:, None])
         friction = self._contact(model, q, rates, on[:, None]) - normal
         C = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
         damping = -np.tensordot(C, rates, 1)
-        # of each load force . velocity, (load, place, step)
-        power = (np.array([normal, friction, damping]) * rates).sum(axis=1)
+        power = (np.array([normal, friction, damping]) * rates).sum(axis=1)  # (load, place, step)
         work = np.tensordot(grid.weights, power, (0, 1)) * segment.steps.h  # (load, step)
         energies = self._energies(q, rates, on[:, None])  # (row, place, step)
         if not self.columns:

@@ -35,7 +35,10 @@ def motion_title(name: str) -> str:
 
 
 class Episode(Record):
-    """An episode of partial contact (ms), and the work of the contact law during it (J)."""
+    """An episode of partial contact from start to stop (ms).
+
+    fed: work (J) of the contact law during it, beyond what its potential gives back.
+    """
 
     start: float
     stop: float
@@ -59,10 +62,13 @@ class Motion(Record):
     episodes: tuple[Episode, ...]
     curves: dict[str, tuple[float, ...]]
 
-    def fed(self, sign: int) -> list[float]:
-        """Positive (sign 1) or negative (-1) works of the episodes, without rounding."""
+    def working_episodes(self, sign: int) -> list[Episode]:
+        """The episodes in which the law does positive (sign 1) or negative (-1) work.
+
+        Work of a size that rounding may have made, by `ROUNDING`, is neither.
+        """
         least = ROUNDING * self.kinetic
-        return [s.fed for s in self.episodes if sign * s.fed > least]
+        return [episode for episode in self.episodes if sign * episode.fed > least]
 
 
 class Energy(Result):
@@ -78,7 +84,8 @@ class Energy(Result):
                 continue
             if motion.residue > ROUNDING:
                 return f"the energy balance of {name} is open by {motion.residue:.1g}"
-            if not name.endswith("mean") and (motion.fed(1) or motion.fed(-1)):
+            works = motion.working_episodes(1) or motion.working_episodes(-1)
+            if works and not name.endswith("mean"):
                 return f"the law of {name} has a potential but feeds energy in"
         return ""
 

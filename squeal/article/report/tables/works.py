@@ -19,7 +19,8 @@ def table(energy: Energy) -> str:
             row.append(rf"\multicolumn{{7}}{{l}}{{{typeset(one.reason)}}}")
         else:
             row += [number(1e3 * one.friction, 3), number(1e3 * one.load, 3)]
-            for part in (one.fed(1), one.fed(-1)):
+            for sign in (1, -1):
+                part = [episode.fed for episode in one.working_episodes(sign)]
                 row += [number(1e3 * sum(part), 3) if part else "0", str(len(part))]
             row.append(number(1e3 * one.kinetic, 3))
         groups.setdefault(name[:2], []).append(row)
