@@ -74,6 +74,9 @@ class TaylorBatch(HeyokaIntegrator):
     ) -> None:
         """Carry motions side by side from where the machine stands to their ends.
 
+        heyoka stops the whole batch as soon as one motion meets a limit; it is then started again
+        for the motions that have not met one.
+
         All arguments are changed. t (lanes,): the requested ends, which become the times at which
         motions stop; state (6, lanes), count, limit (lanes,): of each motion at its end.
         """
@@ -90,13 +93,14 @@ class TaylorBatch(HeyokaIntegrator):
             stopped_by = np.array([limit_of(result[0], points) for result in results])
             not_stopped_before = limit == Limit.NONE
             t[:] = machine.ta.time
+            # in the lane of a motion that stopped earlier the machine holds its first state
             state[:, not_stopped_before] = machine.state[:, not_stopped_before]
             stopped = (t < until) & (stopped_by != Limit.NONE)
             limit[stopped] = stopped_by[stopped]
             if not stopped.any():
                 break
-            # the others go on; a stopped motion, which has no time left, is put back to its first
-            # state and contact, where no limit stops the batch again
+            # the others go on; a stopped motion has no time left, and is put back to its first
+            # state and contact, which are within all limits: else it would stop the batch at once
             until[stopped] = t[stopped]
             machine.pars[:, stopped] = parameters[:, stopped]
             machine.state[:, stopped] = start[:, stopped]

@@ -27,8 +27,10 @@ from squeal.simulation.hybrid import (
 )
 from squeal.simulation.run import heyoka
 
-MEASURED_AT_ONCE = 800.0  # natural time, in each lane, of motions whose steps are stored meanwhile
-MOST_GROUPS = 8  # of motions side by side, however short they are
+# motions whose steps are stored: natural time of those in one lane, which bounds memory, and how
+# many run in one lane at most, however short they are
+MEASURED_AT_ONCE = 800.0
+MOST_IN_LANE = 8
 
 Arrays = dict[str, np.ndarray]
 Measure = Callable[[Segment, Units], Arrays]
@@ -72,22 +74,23 @@ def _unsure(segment: Segment) -> np.ndarray:
 
 
 def _blocks(lengths: np.ndarray, lanes: int, dense: bool) -> Iterator[np.ndarray]:
-    """Numbers of the motions (a multiple of `lanes`) that are run at once.
+    """Blocks of motions that are run at once: their numbers, a multiple of `lanes`.
 
     Long motions come first, so that those side by side are alike; the last lanes repeat a motion.
-    lengths (n,): of the motions; dense: steps are stored, of fewer motions at once if these are
-    long.
+    Without `dense`, which stores steps, all motions are one block. With `dense` a lane runs in one
+    block motions of about the natural time `MEASURED_AT_ONCE`, and at most `MOST_IN_LANE`.
+    lengths (n,): natural times of the motions.
     """
     n = len(lengths)
     order = np.argsort(-lengths, kind="stable")
     to_fill = -n % lanes
     order = np.append(order, order[-1:].repeat(to_fill))
     while order.size:
-        groups = n
+        in_lane = n
         if dense:
-            longest = max(lengths[order[0]], MEASURED_AT_ONCE / (MOST_GROUPS - 1))
-            groups = int(MEASURED_AT_ONCE / longest) + 1
-        block, order = np.split(order, [groups * lanes])
+            longest = max(lengths[order[0]], MEASURED_AT_ONCE / (MOST_IN_LANE - 1))
+            in_lane = int(MEASURED_AT_ONCE / longest) + 1
+        block, order = np.split(order, [in_lane * lanes])
         yield block
 
 
@@ -131,13 +134,13 @@ def _motions(
     measure: Measure | None,
     events: bool,
 ) -> Arrays:
-    """What is wanted of the motions of some pads, as `simulate_many` returns it.
+    """The arrays that `simulate_many` returns, of the motions of some pads.
 
-    task: the pads, first states (n, 6) and lengths of time (n,), in the units of the pads.
+    task: the pads, first states (n, 6) and lengths of time (n,), in the units of the pads. All
+    motions run side by side; those that are `_unsure` of it are run again alone.
     """
     pads_as_given, initial, duration = task
     n = len(duration)
-    taylor = heyoka()
     from squeal.article.identify.batch import LANES, TaylorBatch  # where heyoka is installed
 
     of_pads = vars(natural_units(pads_as_given, initial.T)).values()
@@ -167,20 +170,34 @@ def _motions(
         limit = np.where(unsure, Limit.FAILED, segment.limit)
         store(block, dataclasses.replace(segment, limit=limit))
         for i in np.unique(block[unsure]).tolist():
-            one = _some(model, i)
             its_units = Units(*(float(v[i]) for v in vars(units).values()))
-            segments = list[Segment]()
-            alone = taylor.TaylorIntegrator(one, tolerance)
-            end = float(stop[i])
-            observers = [segments.append]
-            try:
-                integrate(one, alone, its_units, state[:, i], end, observers, dense)
-            except ModelEnd:
-                pass  # the last segment has the limit
-            except ComputationError:
-                continue  # stored as failed above
-            store(np.array([i]), Segment.joined(segments))
+            alone = _alone(_some(model, i), its_units, state[:, i], stop[i], tolerance, dense)
+            if alone is not None:  # else it stays stored as failed
+                store(np.array([i]), alone)
     return results
+
+
+def _alone(
+    model: PadModel,
+    units: Units,
+    state: np.ndarray,
+    stop: float,
+    tolerance: float,
+    dense: bool,
+) -> Segment | None:
+    """The motion of one pad in natural units, from a state (6,); None where it cannot be computed.
+
+    Where it leaves the model, the segment ends there and holds the limit.
+    """
+    segments = list[Segment]()
+    integrator = heyoka().TaylorIntegrator(model, tolerance)
+    try:
+        integrate(model, integrator, units, state, float(stop), [segments.append], dense)
+    except ModelEnd:
+        pass
+    except ComputationError:
+        return None
+    return Segment.joined(segments)
 
 
 def simulate_many(

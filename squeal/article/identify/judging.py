@@ -39,49 +39,16 @@ def margins(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Margins (n, claims) of all claims on n parameter sets, and which (n,) motions are valid.
 
-    A margin is NaN where a motion leaves the model, and for a claim about a model left out. The
-    claims may be arranged in another way than the article's.
+    A margin is NaN where a motion leaves the model or has no initial state, and for a claim about a
+    model left out. The claims may be arranged in another way than the article's.
     """
     n = len(numbers["h"])
     measured: list[dict[str, Case | Linear]] = [{} for _ in range(n)]
     valid = np.ones(n, dtype=bool)
-    speed = speed_limit(numbers)
     for model in models:
-        stacks = [stacked(numbers, model, case, formulation) for case in CASES]
-        # the motions of all cases in one batch, those of case a first
-        states = np.concatenate([starts(numbers, stack) for stack in stacks])
-        with_start = np.flatnonzero(np.isfinite(states).all(axis=1))
-        if not with_start.size:
-            valid[:] = False
-            continue
-        of_cases = [stack.pad.given() for stack in stacks]
-        columns = {}
-        for name in of_cases[0]:
-            columns[name] = np.concatenate([case[name] for case in of_cases])[with_start]
-        arrays = simulate_many(
-            model,
-            stacks[0].pad.replace(**columns),
-            states[with_start],
-            STOP,
-            TOLERANCE,
-            formulation,
-            measure=partial(measures, calm=False),
-            workers=workers,
-        )
-        done = np.zeros(len(states), dtype=bool)
-        done[with_start] = arrays["valid"]
-        valid &= done.reshape(len(CASES), n).all(axis=0)
-        # the statement on it is about case (b) of B2 alone
-        raised_in_b = friction_raises(stacks[list(CASES).index("b")]) if model == "B2" else None
-        for row, motion in enumerate(with_start.tolist()):
-            if not done[motion]:
-                continue
-            case, i = divmod(motion, n)  # n motions of each case
-            name = stem(model, list(CASES)[case])
-            raised = math.nan
-            if name == "b2-b" and raised_in_b is not None:
-                raised = float(raised_in_b[i])
-            measured[i][name] = case_of(arrays, row, float(speed[i]), raised)
+        for i, cases in enumerate(_measured_cases(numbers, formulation, model, workers)):
+            measured[i] |= cases
+            valid[i] &= len(cases) == len(CASES)
     table = np.full((n, len(CLAIMS)), np.nan)
     for i in np.flatnonzero(valid).tolist():
         of_set = {name: values[i] for name, values in numbers.items()}
@@ -92,6 +59,46 @@ def margins(
             if outcome is not None:
                 table[i, column] = outcome.margin
     return table, valid
+
+
+def _measured_cases(
+    numbers: Numbers, formulation: Formulation, model: Model, workers: int
+) -> list[dict[str, Case]]:
+    """The measures of the cases of a model by name of the scene, for each of n parameter sets.
+
+    Cases are left out whose motion leaves the model or has no initial state.
+    """
+    n = len(numbers["h"])
+    measured: list[dict[str, Case]] = [{} for _ in range(n)]
+    stacks = [stacked(numbers, model, case, formulation) for case in CASES]
+    # motion j n + i is that of case j and set i
+    states = np.concatenate([starts(numbers, stack) for stack in stacks])
+    with_start = np.flatnonzero(np.isfinite(states).all(axis=1))
+    if not with_start.size:
+        return measured
+    of_cases = [stack.pad.given() for stack in stacks]
+    columns = {}
+    for name in of_cases[0]:
+        columns[name] = np.concatenate([case[name] for case in of_cases])[with_start]
+    arrays = simulate_many(
+        model,
+        stacks[0].pad.replace(**columns),
+        states[with_start],
+        STOP,
+        TOLERANCE,
+        formulation,
+        measure=partial(measures, calm=False),
+        workers=workers,
+    )
+    speed = speed_limit(numbers)
+    # the only claim on the reaction at rest is about case (b) of B2
+    raised = {"b2-b": friction_raises(stacks[list(CASES).index("b")])} if model == "B2" else {}
+    for row in np.flatnonzero(arrays["valid"]).tolist():
+        case, i = divmod(int(with_start[row]), n)
+        name = stem(model, list(CASES)[case])
+        raised_reaction = float(raised[name][i]) if name in raised else math.nan
+        measured[i][name] = case_of(arrays, row, float(speed[i]), raised_reaction)
+    return measured
 
 
 def price(claim: Claim, margin: float, load: float) -> float:

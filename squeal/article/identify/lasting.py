@@ -60,7 +60,7 @@ class Lasting(NamedTuple):
     cases: str
 
 
-def stable(model: PadModel) -> tuple[PadModel, np.ndarray] | None:
+def damped_if_stable(model: PadModel) -> tuple[PadModel, np.ndarray] | None:
     """The damped pad and the place (3,) of its stable sliding equilibrium; None without one."""
     scene = Scene(model.name, model.pad, model.formulation, damping=Damping(ratios=(RATIO,) * 3))
     found = assessed_equilibrium(model)
@@ -88,11 +88,11 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
     """Whether (n,) contact still changes after a long time, while the lower face stays slower than
     the surface.
 
-    After `LATE` observation times, and again after `LONGER`, a motion must change contact within
-    the next `SEEN` observation times.
+    A motion must change contact within `SEEN` observation times from the time `LATE` on, and again
+    from the time `LONGER` on. pads and states (n, 6): of the motions, in natural units.
     """
-    lasting = np.arange(len(pads))  # motions that changed contact at each look so far
-    for before in (LATE, LONGER - LATE):
+    lasting = np.arange(len(pads))  # numbers of the motions that have passed each test so far
+    for before in (LATE, LONGER - LATE):  # time from the test before, or from the start
         if not lasting.size:
             break
         lasting_pads = [pads[i] for i in lasting.tolist()]
@@ -101,7 +101,7 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
         states = ends["final"][ends["valid"]]
         if not lasting.size:
             break
-        # the next stretch begins where this look begins, too
+        # the test runs from `states` on, and so does the time up to the next test
         lasting_pads = [pads[i] for i in lasting.tolist()]
         late = simulate_damped(lasting_pads, states, SEEN * STOP, TOLERANCE, measures)
         goes_on = np.zeros(len(lasting), dtype=bool)
@@ -125,7 +125,7 @@ def lasting(numbers: Numbers) -> str:
         pads: list[PadModel] = []
         starts = []
         for case in CASES:
-            stable_sliding = stable(single(stacked(numbers, model, case, CONSISTENT), 0))
+            stable_sliding = damped_if_stable(single(stacked(numbers, model, case, CONSISTENT), 0))
             if stable_sliding is not None:
                 damped, place = stable_sliding
                 cases.append(case)

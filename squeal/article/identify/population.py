@@ -300,27 +300,35 @@ def compression(pad: Pad) -> np.ndarray:
     return np.asarray(pad.F_n / stiffness)
 
 
+def heights_of_load(
+    stack: PadModel, equilibria: Sequence[AssessedEquilibrium | None], load: float
+) -> np.ndarray:
+    """Heights (n,) above the equilibria, in static compressions, at which contact bears `load` R_n.
+
+    The whole face is taken to touch: over the height e the reaction is R_n - e F_n, since it falls
+    by F_n over a static compression. NaN for a pad without an equilibrium.
+    """
+    heights = np.full(len(equilibria), math.nan)
+    for i, assessed in enumerate(equilibria):
+        if assessed is not None:
+            reaction_over_force = assessed.equilibrium.R_n / float(np.asarray(stack.pad.F_n)[i])
+            heights[i] = (1.0 - load) * reaction_over_force
+    return heights
+
+
 def released(
-    stack: PadModel,
-    equilibria: Sequence[AssessedEquilibrium | None],
-    height: float | None,
-    load: float,
+    stack: PadModel, equilibria: Sequence[AssessedEquilibrium | None], heights: np.ndarray
 ) -> np.ndarray:
     """States (n, 6) at rest above the equilibria of n pads; NaN for a pad without an equilibrium.
 
-    height: above the equilibrium, in static compressions. Where it is None, a pad is released from
-    the height at which its contact would bear `load` times R_n if the whole face touched.
+    heights (n,): above the equilibrium, in static compressions.
     """
     states = np.full((len(equilibria), 6), math.nan)
-    unit = compression(stack.pad)
+    lift = heights * compression(stack.pad)
     for i, assessed in enumerate(equilibria):
-        if assessed is None:
-            continue
-        reaction_over_force = assessed.equilibrium.R_n / float(np.asarray(stack.pad.F_n)[i])
-        # the load falls linearly with the height, by F_n over a static compression
-        lift = (1.0 - load) * reaction_over_force if height is None else height
-        x, y, theta = assessed.equilibrium.q
-        states[i] = (x, y + lift * unit[i], theta, 0.0, 0.0, 0.0)
+        if assessed is not None:
+            x, y, theta = assessed.equilibrium.q
+            states[i] = (x, y + lift[i], theta, 0.0, 0.0, 0.0)
     return states
 
 
@@ -364,16 +372,18 @@ def computed(numbers: Numbers) -> Computed:
         locked[model] = motions(not_turning, states, ONCE_MORE)
         loads[model] = []
         for load in LOADINGS:
-            pairs = zip(of_model, equilibria[model], strict=True)
-            releases = np.array([released(stack, there, None, load) for stack, there in pairs])
-            loads[model].append(motions(of_model, releases, ONCE_MORE))
+            releases = []
+            for stack, of_case in zip(of_model, equilibria[model], strict=True):
+                heights = heights_of_load(stack, of_case, load)
+                releases.append(released(stack, of_case, heights))
+            loads[model].append(motions(of_model, np.array(releases), ONCE_MORE))
     springs = [PadModel("BN", stack.pad, Formulation(springs=2)) for stack in stacks["B2"]]
     states = np.array([starts(numbers, stack) for stack in stacks["B2"]])
     two_springs = motions(springs, states, ONCE_MORE, edge_shares)
     pairs = zip(stacks["B1"], equilibria["B1"], strict=True)
     small_release = motions(
         stacks["B1"],
-        np.array([released(stack, there, LOW, 0.0) for stack, there in pairs]),
+        np.array([released(stack, of_case, np.full(n, LOW)) for stack, of_case in pairs]),
         ONCE_MORE,
     )
     linear = []
@@ -436,8 +446,9 @@ def _mean_shares(
 
 
 def _means_of_two_springs(found: Computed, repeat: int, index: int) -> dict[str, float]:
-    """Mean shares two_lost and two_apart of the line's pads on two springs, over the cases and
-    empty where those of `_mean_shares` are."""
+    """Mean shares two_lost and two_apart of the line's pads on two springs, over the cases in which
+    both models have an equilibrium; empty without such a case, or where a motion did not go to its
+    end."""
     lost = []
     apart = []
     for k in range(len(CASES)):
@@ -453,6 +464,21 @@ def _means_of_two_springs(found: Computed, repeat: int, index: int) -> dict[str,
     if not lost:
         return {}
     return {"two_lost": sum(lost) / len(lost), "two_apart": sum(apart) / len(apart)}
+
+
+def _two_springs_less_line(found: Computed, repeat: int, index: int) -> dict[str, float]:
+    """Shares two_lost and two_apart of a set as a `Row` has them: two springs less the line.
+
+    Empty where `_means_of_two_springs` is.
+    """
+    two_springs = _means_of_two_springs(found, repeat, index)
+    if not two_springs:
+        return {}
+    line = _mean_shares(found, found.first, repeat, index)
+    return {
+        "two_lost": two_springs["two_lost"] - line["lost2"],
+        "two_apart": two_springs["two_apart"] - line["apart2"],
+    }
 
 
 def _letters(flags: Iterable[bool]) -> str:
@@ -524,9 +550,10 @@ def _verdicts_when_released(found: Computed, repeat: int, index: int) -> dict[st
 
 
 def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdicts | None:
-    """What a repeat says of a set, the letters of `VERDICTS` among it.
+    """What a repeat says of the set `index`, see `RepeatVerdicts`.
 
-    None where a motion from the set's own initial conditions did not go to its end.
+    A verdict is `NOT_APPLICABLE` where no motion or equilibrium bears on it. None where a motion
+    from the set's own initial conditions did not go to its end.
     """
     measured: dict[str, Case | Linear] = {"b3": found.linear[index]}
     cases: dict[str, list[Case]] = {model: [] for model in MODELS}
@@ -539,8 +566,8 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
             cases[model].append(case)
     points = cases["B1"]
     line = cases["B2"]
-    # all but the `first` motions are computed `ONCE_MORE` times: later repeats take the last time
-    other = min(repeat, ONCE_MORE - 1)
+    # all but the `first` motions have `ONCE_MORE` repeats: a later repeat takes the last of them
+    repeat_of_others = min(repeat, ONCE_MORE - 1)
     points_hammer = _letters(hammers(case).margin > 0.0 for case in points)
     line_hammers = _letters(hammers(case).margin > 0.0 for case in line)
     shares = _mean_shares(found, found.first, repeat, index)
@@ -551,15 +578,13 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
     if shares:
         verdicts["lost"] = _longer(shares["lost1"], shares["lost2"])
         verdicts["apart"] = _longer(shares["apart1"], shares["apart2"])
-        two_springs = _means_of_two_springs(found, other, index)
+        two_springs = _two_springs_less_line(found, repeat_of_others, index)
         if two_springs:
-            line_shares = _mean_shares(found, found.first, other, index)
-            shares["two_lost"] = two_springs["two_lost"] - line_shares["lost2"]
-            shares["two_apart"] = two_springs["two_apart"] - line_shares["apart2"]
-            alike = all(abs(shares[f"two_{key}"]) < least for key, least in ALIKE.items())
+            shares |= two_springs
+            alike = all(abs(shares[f"two_{key}"]) < most for key, most in ALIKE.items())
             verdicts["two"] = _yes_or_no(alike)
-    verdicts |= _verdicts_when_locked(found, points, line, other, index)
-    verdicts |= _verdicts_when_released(found, other, index)
+    verdicts |= _verdicts_when_locked(found, points, line, repeat_of_others, index)
+    verdicts |= _verdicts_when_released(found, repeat_of_others, index)
     satisfied = []
     for claim in INDEPENDENT:
         outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
@@ -583,6 +608,24 @@ def _agreed(answers: Sequence[str]) -> str:
     return answers[0] if len(set(answers)) == 1 else UNDECIDED
 
 
+def _fastest_face(found: Computed, index: int) -> float:
+    """Greatest speed of the lower face (m/s) in the undisturbed motions of a set."""
+    faces: list[float] = []
+    for model in MODELS:
+        motions_of = found.first[model]
+        faces += motions_of.arrays["face"][motions_of.row[0, :, index]].tolist()
+    return max(faces) * LENGTH / TIME
+
+
+def _spread(repeats: Sequence[RepeatVerdicts]) -> float:
+    """The greatest difference between repeats of any share of time."""
+    spread = 0.0
+    for key in repeats[0].shares:
+        values = [each.shares.get(key, math.nan) for each in repeats]
+        spread = max(spread, max(values) - min(values))
+    return spread
+
+
 def row(found: Computed, index: int) -> Row:
     """What a set says, from the verdicts of all repeats."""
     if any((found.first[model].row[0, :, index] < 0).any() for model in MODELS):
@@ -593,19 +636,11 @@ def row(found: Computed, index: int) -> Row:
         if answer is None:
             return Row("left")
         repeats.append(answer)
-    faces: list[float] = []
-    for model in MODELS:
-        motions_of = found.first[model]
-        faces += motions_of.arrays["face"][motions_of.row[0, :, index]].tolist()
-    fastest = max(faces) * LENGTH / TIME  # in m/s
+    fastest = _fastest_face(found, index)
     first = repeats[0]  # of the undisturbed motions
     undecided = []
     for answers in zip(*(each.satisfied for each in repeats), strict=True):
         undecided.append(len(set(answers)) > 1)
-    spread = 0.0
-    for key in first.shares:
-        values = [each.shares.get(key, math.nan) for each in repeats]
-        spread = max(spread, max(values) - min(values))
 
     def share(key: str) -> str:
         """A share per mille, empty where the set has none."""
@@ -633,7 +668,7 @@ def row(found: Computed, index: int) -> Row:
         two_lost=share("two_lost"),
         two_apart=share("two_apart"),
         # rounded up; a difference below 0.05 per mille counts as none
-        spread=str(math.ceil(1000.0 * spread - 0.05)),
+        spread=str(math.ceil(1000.0 * _spread(repeats) - 0.05)),
         verdicts="".join(_agreed([each.verdicts[name] for each in repeats]) for name in VERDICTS),
     )
 

@@ -70,8 +70,8 @@ def allowed(n: Numbers) -> np.ndarray:
     (1 + (4 + f)/k_c) R = 1 + 3/k_c + depth, and R acts at k_c theta/(3 R) = 1 - 1/R + f/3.
 
     In (b) the springs change places: k2 (y + theta) = R - F_n, and the first term changes its sign.
-    In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2,
-    which of both cases (d) bounds the more.
+    In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2; the
+    bound of (d) is the lesser one.
     """
     friction = 6.0 * n["mu"] * n["h"]  # f
     k2 = n["k2"]
