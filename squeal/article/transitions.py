@@ -26,7 +26,10 @@ def transitions() -> list[Transition]:
 
 
 class Condition(NamedTuple):
-    """A row group of Table 1: a named change of state and the edges that must pass at once."""
+    """A row group of Table 1: a change of state and the edges that must pass at once.
+
+    edges: pairs (edge, rising), where rising means that the edge separates.
+    """
 
     source: State
     target: State

@@ -67,10 +67,11 @@ def table(module: Any, files: Mapping[str, Path]) -> str:
 
 
 def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, str]:
-    """The text of each generated file by name, from result files and the texts of the paper.
+    """The text of each generated file by its name without .tex.
 
-    Raises InputError where a text states a sentence that no study checks; a study that was left out
-    on this machine checks none.
+    files: results by the name of their study; texts: of the paper, by the name of the file. Raises
+    InputError where a text states a sentence that no study checks; a study that was left out on
+    this machine checks none.
     """
     sentences = checked(files)
     legends = captions()
@@ -88,8 +89,9 @@ def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, st
     lines = [f"\\setcaption{{{name}}}{{{text}}}\n" for name, text in legends.items()]
     lines += [f"\\setnumber{{{name}}}{{{number}}}\n" for name, number in numbers(texts).items()]
     made["captions"] = "".join(lines)
-    asked_in_preamble = "".join(f"\\val{{where.{key}}}" for key in source)
-    sources = {**texts, **legends, "preamble.tex": asked_in_preamble}
+    # the preamble, which is not among the texts, prints all that `source` holds
+    of_preamble = "".join(f"\\val{{where.{key}}}" for key in source)
+    sources = {**texts, **legends, "preamble.tex": of_preamble}
     made["values"] = values.definitions(sources, results)
     return made
 

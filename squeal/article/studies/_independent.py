@@ -115,9 +115,9 @@ class _Equations:
                 gaps = self._gaps(z, turn)
                 arms = [corner + turn * corner for corner in self.lower]
                 of_contact = self._line_load if self.line else self._point_loads
-                for contact, turning in of_contact(gaps, arms, touching):
+                for contact, moment_of_contact in of_contact(gaps, arms, touching):
                     force += contact
-                    moment += turning
+                    moment += moment_of_contact
             return force / pad.m, moment / pad.I
 
         return function
@@ -421,8 +421,9 @@ class _Run:
     def _try_step(self, f: Acceleration, h: float, limit: float) -> bool:
         """Take a step of length h, or up to the first contact change in it.
 
-        Returns False where it was too long; `h` is then the length to try next. limit: the longest
-        step of the contact state.
+        Returns False where the step was too long: its error is too great, or a point crosses the
+        surface in its first substep, where the change cannot be located. `self.h` is the length to
+        try next, in either case. limit: the longest step of the contact state.
         """
         if self.sizes[1] <= TINY:
             self.sizes = self._sizes_from_rest(f, h)
@@ -433,36 +434,46 @@ class _Run:
         if step.error > ACCEPTED + rounding and h > SHORTEST * limit:
             self.h = 0.5 * h
             return False
-        n = len(step.passed)
         beyond = self._poses_beyond(step.passed)
-        for j in range(n):
-            doubtful = [point for point in (0, 1) if _may_have_crossed(beyond[point], j)]
-            if not doubtful:
-                continue
-            if j == 0:  # at once: a shorter step tells, unless it is the shortest
-                if h <= SHORTEST * limit:
-                    self._switch(doubtful[0])
-                    return True
-                self.h = h / 8.0
-                return False
-            # the change lies between the poses at j h / n and (j + 1) h / n; poses of the midpoint
+        in_first_substep = [point for point in (0, 1) if _may_have_crossed(beyond[point], 0)]
+        if in_first_substep:
+            if h <= SHORTEST * limit:  # the point is on the surface already
+                self._switch(in_first_substep[0])
+                return True
+            self.h = h / 8.0
+            return False
+        change = self._first_change(f, h, beyond)
+        if change is None:
+            self._accept(step.end, h)
+            self.h = h
+        else:
+            self._accept(change.state, change.time)
+            self._switch(change.point)
+            self.h = max(h, 1e-3 * limit)
+        return True
+
+    def _first_change(
+        self, f: Acceleration, h: float, beyond: list[list[float]]
+    ) -> _ContactChange | None:
+        """The first contact change in a step of length h, None if there is none.
+
+        beyond: by point, at the poses of the step, see `_may_have_crossed`; pose j is that at the
+        time (j + 1) h / n.
+        """
+        n = len(beyond[0])
+        for j in range(1, n):
+            points = [point for point in (0, 1) if _may_have_crossed(beyond[point], j)]
+            # the change lies between the times j h / n and (j + 1) h / n; poses of the midpoint
             # rule are exact to second order alone, so it is searched one substep further to both
             # sides
             low = max(j - 1, 0) * h / n
             high = min(j + 2, n) * h / n
             guess = (j + 0.5) * h / n
-            located = [self._locate(f, point, low, guess, high) for point in doubtful]
+            located = [self._locate(f, point, low, guess, high) for point in points]
             changes = [change for change in located if change is not None]
-            if not changes:
-                continue
-            change = min(changes, key=lambda one: one.time)
-            self._accept(change.state, change.time)
-            self._switch(change.point)
-            self.h = max(h, 1e-3 * limit)
-            return True
-        self._accept(step.end, h)
-        self.h = h
-        return True
+            if changes:
+                return min(changes, key=lambda one: one.time)
+        return None
 
 
 def motion(

@@ -179,7 +179,7 @@ class Extremes(NamedTuple):
 
 
 def extremes(cycle: Cycle) -> Extremes:
-    """Of a cycle, at `PARTS` times of its period."""
+    """The extremes of a cycle among `PARTS` equally spaced times of its period."""
     pad = cycle.pad
     state = cycle.state
     cycles = Cycles(pad)
@@ -191,11 +191,10 @@ def extremes(cycle: Cycle) -> Extremes:
     states = np.array(samples).T
     found = pad.at(states)
     touching = (np.array(found.gaps) < 0.0).any(axis=0)
-    surface = float(pad.scene.pad.V or np.inf) * pad.time / pad.length
     speed = states[3] + pad.c.h / pad.c.w * states[5]  # x' + h theta', of the lower face
     factor = np.min(found.factors, axis=0)
     return Extremes(
-        face=float(speed[touching].max()) / surface,
+        face=float(speed[touching].max()) / pad.surface_speed,
         factor=float(factor[touching].min()),
     )
 
@@ -256,15 +255,15 @@ def checked_boundary(scene: Scene, curve: BoundaryCurve) -> CheckedBoundary:
 def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
     """The greatest modal damping at which a fold ends a stable cycle, 0 where none does.
 
-    value: a contact damping if `over` is "a", a friction if it is "mu". At a friction below every
-    boundary on which the cycle loses its stability and the loss of contact ends, the cycle is
-    unstable on the fold already: 0.
+    value: a contact damping if `over` is "a", a friction if it is "mu". Over friction a boundary of
+    lost stability ends, towards lower friction, on the fold: left of all such ends the cycle is
+    unstable on the fold too, and no stable cycle exists.
     """
     in_plane = [curve for curve in curves if curve.over == over]
     if over == "mu":
-        lost = [curve for curve in in_plane if curve.kind != "fold" and curve.ends_loss]
-        begins = [min(point.mu for point in curve.points) for curve in lost]
-        if value < min(begins, default=0.0):
+        unstable_below = [curve for curve in in_plane if curve.kind != "fold" and curve.ends_loss]
+        lowest_mus = [min(point.mu for point in curve.points) for curve in unstable_below]
+        if value < min(lowest_mus, default=0.0):
             return 0.0
     highest = 0.0
     for curve in in_plane:
@@ -299,10 +298,10 @@ def _dampings_at(curve: Boundary, value: float) -> list[float]:
 
 
 def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | None:
-    """The contact damping at which the upper boundary meets that of stable sliding.
+    """The contact damping at which the upper boundary falls below that of stable sliding.
 
-    There the logarithm of their ratio changes its sign, linear in that of the contact damping; None
-    where it does not.
+    The ratio of the two modal dampings, `height_at` over `zeta` of the points, passes 1 there. It
+    is interpolated between points, log(ratio) linearly over log(a). None where it stays above 1.
     """
     a_before: float | None = None
     log_before = 0.0
@@ -441,7 +440,7 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
         return (on_points.micrometres or np.inf) < 0.5 * on_line.micrometres
 
     def grows_with_modal_damping(one: Motion) -> bool:
-        """Whether the least disturbances do at `A_OVER_FRICTION`, where any lasts."""
+        """Whether the least disturbances grow with it at `A_OVER_FRICTION`, where any lasts."""
         at_one_a = [m.compressions for m in one.margins if m.a == A_OVER_FRICTION]
         lasting = [size for size in at_one_a if size is not None]
         return lasting == sorted(lasting)

@@ -278,8 +278,9 @@ def closed_poles(loop: FrictionLoop, gains: np.ndarray) -> np.ndarray:
 def gain_margins(loop: FrictionLoop) -> list[float]:
     """Gains up to `GREATEST` at which a pole reaches the axis, rising.
 
-    By `control.stability_margins` for a loop of one input; a static margin is that of the gain at
-    frequency zero. Loops of two inputs have none, see `critical_gain`.
+    By `control.stability_margins` for a loop L of one input, which leaves out the frequency zero:
+    there the pole is on the axis at the gain with 1 + gain L(0) = 0. A loop of two inputs has no
+    gain margin, see `critical_gain`.
     """
     import control
 

@@ -93,7 +93,7 @@ def ratio_of_hammering(blows: Sequence[Blow]) -> float | None:
 
 
 def grazing(scene: Scene) -> Grazing:
-    """Of the scene of case (c)."""
+    """The trailing blows of a scene at all `RATIOS`, and where they begin and count."""
     late = settled(scene, RATIOS)
     blows = []
     for i, ratio in enumerate(RATIOS):

@@ -158,7 +158,10 @@ class EquilibriumShares(NamedTuple):
 
 
 def equilibria(scene: Scene, pads: Pad, cells: int = COARSE) -> EquilibriumShares:
-    """Of the scene with the parameters of `pads`, numbers or arrays (n,)."""
+    """Shares of the map with sliding equilibria, of the scene with the parameters of each pad.
+
+    pads: parameters are numbers or arrays (n,); cells: of the map a side.
+    """
     a1, a2 = _angles(cells)
     names = ("h", "I", "k1", "k2", "mu", "k_c", "y0")
     parameters = np.broadcast_arrays(*(getattr(pads, name) for name in names))

@@ -645,7 +645,7 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         return [row.ratio for row in found.after[name] if row.own and row.own.hammers]
 
     def comes_to_rest(name: str) -> bool:
-        """Whether the reference motion does at every damping ratio."""
+        """Whether the reference motion comes to rest at every damping ratio."""
         return not any(row.own and row.own.goes_on for row in found.after[name])
 
     consistent = [name for name in found.after if not name.endswith("mean")]

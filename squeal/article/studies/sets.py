@@ -160,7 +160,7 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     contact_states = {name: equilibrium_contact(scenes[name]) for name in cases}
     motions = {name: motion(case, contact_states[name]) for name, case in cases.items()}
     verdicts: dict[str, str | None] = {}  # None without a sliding equilibrium
-    late: dict[str, list[After]] = {}  # with damping, a row a repeat
+    late: dict[str, list[After]] = {}  # what motions with damping come to, a row a repeat
     for name, state in contact_states.items():
         verdicts[name] = None
         if state is None:
@@ -172,7 +172,7 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     thresholds = critical_friction(b2["c"], b2["c"].pad.mu).points
 
     def cases_with(verdict: str | None) -> dict[str, tuple[str, ...]]:
-        """By model."""
+        """By model the cases with a verdict on their equilibrium, None for cases without one."""
         found = {}
         for model in ("B1", "B2"):
             found[model] = tuple(c for c in CASES if verdicts[stem(model, c)] == verdict)
