@@ -44,17 +44,19 @@ def _lives(process: int) -> bool:
 
 
 def begin(folder: Path = Path(".snakemake")) -> IO[str] | None:
-    """Prepare a Snakemake: returns what must stay open while it runs.
+    """Prepare a Snakemake: returns the open file `alive`, which must stay open while it runs.
 
-    Every Snakemake shares a file until it ends, however it does. Who gets the file for itself is
-    alone, so that locks beside it are of one that was killed.
+    Every Snakemake holds a shared lock on `alive`, which the system releases when the Snakemake
+    ends, even if it is killed. If this one gets an exclusive lock, no other runs: Snakemake's own
+    locks in the folder are then of a Snakemake that was killed, and are removed. Returns None for a
+    job of another Snakemake, which takes no lock.
     """
-    ends = os.environ.get(BUILD)
+    parent = os.environ.get(BUILD)  # the process with which this Snakemake ends
     os.environ[BUILD] = str(os.getpid())
     if "--nolock" in sys.argv:  # a job of another Snakemake, on another computer perhaps
         return None
-    if ends:
-        end_with(int(ends), signal.SIGTERM, signal.SIGKILL)
+    if parent:
+        end_with(int(parent), signal.SIGTERM, signal.SIGKILL)
     folder.mkdir(exist_ok=True)
     shared = (folder / "alive").open("a")
     try:

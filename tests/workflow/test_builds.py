@@ -72,17 +72,17 @@ def test_where_a_build_comes_from_takes_no_part(build):
     path.write_bytes(
         FILES["figures/a.pdf"].replace(b"by 38664676", b"by 0").replace(b"0 1", b"0 2")
     )
-    assert verify.compared(known, place, alike=True) == ([], [])
+    assert verify.compared(known, place, same_tools=True) == ([], [])
 
 
 def test_numbers_of_another_machine_agree(build):
     place, known = build
     path = place / "results/a.json"
     path.write_bytes(FILES["results/a.json"].replace(b"0.5", b"0.5000000001"))
-    assert verify.compared(known, place, alike=False) == (["results/a.json"], [])
-    assert verify.compared(known, place, alike=True)[1]
+    assert verify.compared(known, place, same_tools=False) == (["results/a.json"], [])
+    assert verify.compared(known, place, same_tools=True)[1]
     path.write_bytes(FILES["results/a.json"].replace(b"0.5", b"0.50001"))
-    assert verify.compared(known, place, alike=False)[1]
+    assert verify.compared(known, place, same_tools=False)[1]
 
 
 def paper(line, words=b"Points lose contact."):
@@ -113,15 +113,15 @@ def test_sensitive_numbers_agree_within_their_spread(build):
     other = json_file.read_bytes().replace(b"0.4, 0.5]", b"0.4, 0.55]")
     json_file.write_bytes(other.replace(b'"low": 0.4', b'"low": 0.5'))
     text_file.write_bytes(text.replace(b"7 (5--9)", b"9 (8--10)"))
-    assert verify.compared(known, place, alike=False)[1] == []
+    assert verify.compared(known, place, same_tools=False)[1] == []
     json_file.write_bytes(other.replace(b"0.4, 0.55]", b"0.4, 1.5]"))
     text_file.write_bytes(text.replace(b"7 (5--9)", b"10"))
-    assert verify.compared(known, place, alike=False)[1] == [
+    assert verify.compared(known, place, same_tools=False)[1] == [
         "results/a.json: other numbers under mu",
         "figures/a.txt: prints 7 (5--9) there, 10 here",
     ]
     text_file.write_bytes(text.replace(b"motions", b"starts"))
-    assert "figures/a.txt: other words" in verify.compared(known, place, alike=False)[1]
+    assert "figures/a.txt: other words" in verify.compared(known, place, same_tools=False)[1]
 
 
 def test_other_instructions_make_another_machine():

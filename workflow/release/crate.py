@@ -35,36 +35,21 @@ NAMES = {
 }
 
 
+def _entity(crate: ROCrate, key: str, kind: str, **properties: Any) -> ContextEntity:
+    """A new entity of the crate, by its link or #name and its type."""
+    described_by = {"@type": kind, **properties}
+    return crate.add(ContextEntity(crate, key, properties=described_by))
+
+
 def described(folder: Path) -> dict[str, Any]:
-    """The metadata of an archive's folder."""
+    """The metadata of an archive's folder, from its codemeta.json, its files and its results."""
     about = json.loads((folder / "codemeta.json").read_text(encoding="utf-8"))
     crate = ROCrate(version="1.1")  # what the workflow run profiles build upon
-    root = crate.root_dataset
-
-    def add(key: str, kind: str, **properties: Any) -> ContextEntity:
-        found = {"@type": kind, **properties}
-        return crate.add(ContextEntity(crate, key, properties=found))
-
-    mit = add(MIT, "CreativeWork", name="MIT License", alternateName="MIT")
-    cc_by = add(CC_BY, "CreativeWork", name="CC BY 4.0", alternateName="CC-BY-4.0")
+    mit = _entity(crate, MIT, "CreativeWork", name="MIT License", alternateName="MIT")
+    cc_by = _entity(crate, CC_BY, "CreativeWork", name="CC BY 4.0", alternateName="CC-BY-4.0")
     names = ", ".join(author["name"] for author in about["author"])
-    maker = add("#contributors", "Organization", name=names)
-    publication = about["referencePublication"]
-    article = add("#article", "ScholarlyArticle", name=publication["name"])
-    article["datePublished"] = publication["datePublished"]
-    profiles = []
-    for link, name in PROFILES.items():
-        profiles.append(add(link, "CreativeWork", name=name, version=link.rsplit("/", 1)[1]))
-    root["name"] = about["name"]
-    root["description"] = about["description"]
-    root["datePublished"] = about["dateModified"]
-    root["license"] = [cc_by, mit]
-    root["author"] = maker
-    root["publisher"] = maker
-    root["citation"] = article
-    root["version"] = about["version"]
-    root["keywords"] = ", ".join(about["keywords"])
-    root["conformsTo"] = profiles
+    maker = _entity(crate, "#contributors", "Organization", name=names)
+    _describe_root(crate, about, maker, [cc_by, mit])
 
     def add_file(path: Path, licence: ContextEntity) -> Any:
         place = path.relative_to(folder).as_posix()
@@ -86,7 +71,7 @@ def described(folder: Path) -> dict[str, Any]:
     workflow["author"] = maker
     workflow["license"] = mit
     workflow["creator"] = maker
-    given = [add_file(path, cc_by) for path in files("squeal/article/scenes/**/*.yaml")]
+    scenes = [add_file(path, cc_by) for path in files("squeal/article/scenes/**/*.yaml")]
     made = files("results/*.json", "results/*.csv", "figures/*.pdf", "figures/*.txt")
     made += files("paper/generated/*.tex")
     made += files("paper/*.pdf")
@@ -101,18 +86,11 @@ def described(folder: Path) -> dict[str, Any]:
         crate.add_dataset(folder / place, dest_path=place, properties=about_it)
     for path in files("dist/*"):
         add_file(path, mit)
-
-    versions: dict[str, str] = {}
-    for path in files("results/*.json"):
-        versions |= json.loads(path.read_text(encoding="utf-8"))["provenance"]["versions"]
-    packages = []
-    for name, number in sorted(versions.items()):
-        packages.append(add(f"#{name}", "SoftwareApplication", name=name, softwareVersion=number))
-    workflow["softwareRequirements"] = packages
+    workflow["softwareRequirements"] = _packages(crate, files("results/*.json"))
     run = crate.add_action(
         workflow,
         identifier="#build",
-        object=given,
+        object=scenes,
         result=results,
         properties={
             "name": "Build of the report",
@@ -122,6 +100,42 @@ def described(folder: Path) -> dict[str, Any]:
     )
     run["agent"] = maker
     return dict(crate.metadata.generate())
+
+
+def _describe_root(
+    crate: ROCrate, about: dict[str, Any], maker: ContextEntity, licences: list[ContextEntity]
+) -> None:
+    """Say of the whole crate what codemeta.json (`about`) says, and which profiles it meets."""
+    publication = about["referencePublication"]
+    article = _entity(crate, "#article", "ScholarlyArticle", name=publication["name"])
+    article["datePublished"] = publication["datePublished"]
+    profiles = []
+    for link, name in PROFILES.items():
+        version = link.rsplit("/", 1)[1]
+        profiles.append(_entity(crate, link, "CreativeWork", name=name, version=version))
+    root = crate.root_dataset
+    root["name"] = about["name"]
+    root["description"] = about["description"]
+    root["datePublished"] = about["dateModified"]
+    root["license"] = licences
+    root["author"] = maker
+    root["publisher"] = maker
+    root["citation"] = article
+    root["version"] = about["version"]
+    root["keywords"] = ", ".join(about["keywords"])
+    root["conformsTo"] = profiles
+
+
+def _packages(crate: ROCrate, results: list[Path]) -> list[ContextEntity]:
+    """The packages with which results were computed, each a new entity with its version."""
+    versions: dict[str, str] = {}
+    for path in results:
+        versions |= json.loads(path.read_text(encoding="utf-8"))["provenance"]["versions"]
+    packages = []
+    for name, number in sorted(versions.items()):
+        properties = {"name": name, "softwareVersion": number}
+        packages.append(_entity(crate, f"#{name}", "SoftwareApplication", **properties))
+    return packages
 
 
 if __name__ == "__main__":

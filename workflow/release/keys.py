@@ -90,6 +90,7 @@ def page() -> str:
     for name, key in SCENE.keys.items():
         if isinstance(key.kind, Group):
             parts.append(_table(f"`{name}`", key.kind))
+    # C1 to C9 and K1 to K9 have no rows of their own: the rows of C0 and K0 stand for them
     higher_powers = [str(power) for power in range(1, POWER + 1)]
     shown = {}
     for name, key in SYSTEM.keys.items():

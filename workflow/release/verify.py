@@ -276,8 +276,12 @@ def _wrong_text(found: list[str], known: list[str]) -> str:
     return f"prints {'; '.join(off)}" if off else ""
 
 
-def compared(known: dict[str, Any], folder: Path, alike: bool) -> tuple[list[str], list[str]]:
-    """Names of files whose bytes differ, and what is wrong; where all is alike, any difference."""
+def compared(known: dict[str, Any], folder: Path, same_tools: bool) -> tuple[list[str], list[str]]:
+    """Names of the files whose bytes differ from those of the manifest `known`, and what is wrong.
+
+    same_tools: the manifest's build had the same programs and instructions, so that other bytes are
+    wrong as such; else a file is wrong where its numbers or words do not agree.
+    """
     other = []
     wrong = []
     for name, digest in known["files"].items():
@@ -287,7 +291,7 @@ def compared(known: dict[str, Any], folder: Path, alike: bool) -> tuple[list[str
                 continue
             other.append(name)
             reason = _wrong(path, name, known)
-            if reason or alike:
+            if reason or same_tools:
                 wrong.append(f"{name}: {reason or 'other bytes'}")
         except OSError as error:
             wrong.append(f"{name}: {error.strerror}")
@@ -317,7 +321,7 @@ def main() -> int:
     if now["TeX"] == "none":
         known["files"] = {n: d for n, d in known["files"].items() if n not in PDFS}
     reasons = unlike(known["made_with"], now)
-    other, wrong = compared(known, ROOT, not reasons)
+    other, wrong = compared(known, ROOT, same_tools=not reasons)
     count = len(known["files"])
     results = len(known["numbers"])
     if wrong:

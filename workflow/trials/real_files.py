@@ -176,15 +176,16 @@ def deck(kind: str, extra: str = "", before: str = "") -> str:
     lines += [f"{number},{x:.9g},{y:.9g},{z:.9g}" for number, (x, y, z) in mesh.places()]
     lines.append(f"*ELEMENT,TYPE={kind},ELSET=E")
     for number, nodes in enumerate(mesh.elements, start=1):
+        # a line of a deck has 16 entries at most
         words = ",".join(map(str, (number, *nodes[:15])))
         rest = ",".join(map(str, nodes[15:]))
         lines.append(f"{words},\n{rest}" if rest else words)
     clamped = [number for number, (x, _, _) in mesh.places() if x == 0.0]
-    last = 3 if kind[0] == "C" else 6
+    last_dof = 3 if kind[0] == "C" else 6  # solids have no rotations
     tip = max(mesh.places(), key=lambda one: one[1])[0]
     lines += ["*NSET,NSET=CLAMPED", *(f"{number}," for number in clamped)]
     lines += ["*NSET,NSET=TIP", f"{tip},"]
-    lines += ["*BOUNDARY", f"CLAMPED,1,{last}"]
+    lines += ["*BOUNDARY", f"CLAMPED,1,{last_dof}"]
     lines += ["*MATERIAL,NAME=S", "*ELASTIC", "210.e9,.3", "*DENSITY", "7800."]
     return "\n".join(lines) + f"\n{SECTIONS[kind[0]]}{extra}{before}"
 
@@ -300,6 +301,7 @@ def nastran(folder: Path) -> Iterator[Compared]:
     for name, holds in NASTRAN:
         squares = np.asarray(op4.read(str(shipped / name), into="dct")["lambda"]).ravel()
         wanted = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
+        # without the rigid motions, some 1e-4 Hz by rounding
         wanted = wanted[wanted > FREE * np.min(wanted[wanted > 1e-2])]
         system = folder / "nastran.yaml"
         names, *_ = op4.read(str(shipped / name), into="list")
@@ -518,6 +520,10 @@ SOURCES = (
 
 
 def _compared(program: str, holds: str, system: Path, wanted: np.ndarray) -> Compared:
+    """A system file of a program, compared with the frequencies (k,) in Hz that the program found.
+
+    Each frequency is compared with that of the nearest root of squeal.
+    """
     with warnings.catch_warnings():  # of labels that repeat, and of triangles that are mirrored
         warnings.simplefilter("ignore", InputWarning)
         try:
@@ -535,8 +541,8 @@ def _compared(program: str, holds: str, system: Path, wanted: np.ndarray) -> Com
             known = (root.error or 0.0) / (2.0 * np.pi * frequency)
     words = str(answer.verdict)
     grows = max((root.value.real for root in answer.eigenvalues), default=0.0)
-    free = program == "Nastran"  # whose structures are, so that slow growth is rounding
-    if answer.verdict is None and free and grows < FREE * 2.0 * np.pi * wanted.min():
+    is_free = program == "Nastran"  # these structures have rigid motions, which rounding lets grow
+    if answer.verdict is None and is_free and grows < FREE * 2.0 * np.pi * wanted.min():
         words = "marginal"
     elif answer.verdict is None and not answer.unstable:
         words = "none grows"  # of the lowest modes of a larger system: the others are not known
