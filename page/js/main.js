@@ -203,7 +203,7 @@ async function start() {
     const { at, eigen, points } = view, here = `at µ = ${number(settings.parameters.mu)}`;
     if (!at) return points.length ? `No sliding equilibrium ${here}` : "No sliding equilibrium in contact without friction";
     if (at.verdict === STABLE) return `Stable ${here}`;
-    if (at.verdict === MARGINAL) return `Marginal ${here}: nothing grows, not all decays`;
+    if (at.verdict === MARGINAL) return `Marginal ${here}: no mode grows, not all decay`;
     const rounding = 1e-9 * Math.max(...eigen.map(({ re, im }) => Math.hypot(re, im)));
     const grow = eigen.filter(({ re }) => re > rounding).sort((p, q) => q.re - p.re), [{ re, im }] = grow;
     const size = im ? `${number(im / 2 / Math.PI)} Hz, damping ratio ${number((-100 * re) / Math.hypot(re, im), 2)} %` : `${number(re)} 1/s`;

@@ -267,6 +267,8 @@ class Findings(Answer):
         words = "Nothing that grows was found"
         if is_sure:
             words = "Nothing grows" if spectrum.verdict == "marginal" else "Stable"
+            if spectrum.limit_hz is not None:
+                words = "On the limit of flutter"
         if spectrum.extent:
             words += f" from {spectrum.extent}"
         if spectrum.depends:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -27,6 +28,8 @@ from squeal.results.columns import (
 )
 from squeal.results.sources import Source, SystemSource, refuse_other_subject, unit_of
 
+DEFECTIVE = 1e7
+"""A root of a larger condition lacks a vector where it coincides with another, to rounding."""
 SAME = 1e-9  # of |lambda|: a mode that grows is this listed one
 COORDINATES = {"x": "m", "y": "m", "theta": "rad"}
 """Of a pad, with their units."""
@@ -271,12 +274,32 @@ class Eigenvalues(Answer):
         if self.verdict == "stable":
             return self._with_place("Stable")
         if self.verdict == "marginal":
-            return self._with_place("Marginal") + ": nothing grows, not all decays"
+            words = "no mode grows, not all decay"
+            if self.limit_hz is not None:
+                words = f"on the limit of flutter, modes at {self.limit_hz:.4g} Hz have one shape"
+            return self._with_place("Marginal") + f": {words}"
         if self.open or self.criterion.startswith(OPEN):
             reason = self.open or self.criterion.removeprefix(OPEN)
             return self._with_place("Open") + f": {reason}"
         what = "growing mode" if self.eigenvalues else "root"
         return self._with_place(f"No {what} was found") + f"; {self.completeness}"
+
+    @property
+    def limit_hz(self) -> float | None:
+        """The frequency at which undamped modes coincide and have one shape, None if none do.
+
+        Beside the modes a motion t sin(omega t) is possible then, and some smallest change of the
+        system makes one of them grow. The drift of a free body, at zero, is no such limit.
+        """
+        undamped = []
+        for root in self.eigenvalues:
+            oscillates = root.value.imag > 0.0 and root.kind == "marginal"
+            if oscillates and root.condition > DEFECTIVE:
+                undamped.append(root)
+        for one, other in pairwise(undamped):
+            if abs(one.value - other.value) <= one.rounding + other.rounding:
+                return one.frequency_hz
+        return None
 
     def _with_place(self, words: str) -> str:
         """Words, and after them the region and the value of the parameter that they hold for."""

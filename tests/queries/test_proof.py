@@ -54,11 +54,49 @@ def test_a_defective_pair_of_integers_is_proved_as_given():
     assert "proved: no other mode grows (entries as given)" in str(found)
 
 
+R = np.array([[2, 1, 0], [1, 1, 0], [0, 1, 1]])
+INVERSE = np.array([[1, -1, 0], [-1, 2, 0], [1, -2, 1]])
+
+
+@pytest.mark.parametrize("blocks", [[4, 4, 4], [4, 4, 9], [4, 9, 16], [0, 0, 4], [0, 4, 4]])
+@pytest.mark.parametrize("above", [[0, 0], [1, 0], [0, 1], [1, 1]])
+@pytest.mark.parametrize("prove", [None, False])
+def test_a_double_frequency_of_one_shape_is_the_limit_of_flutter(blocks, above, prove):
+    """t sin(omega t) is a motion where K - omega^2 has fewer null vectors than omega^2 is a root.
+
+    Numbers above the diagonal of K leave its roots alone, and the vectors only of distinct ones.
+    """
+    triangle = np.diag(blocks) + np.diag(above, 1)
+    K = R @ triangle @ INVERSE
+    limits = []
+    for square in sorted({*blocks} - {0}):
+        shapes = 3 - np.linalg.matrix_rank(K - square * np.eye(3))
+        if shapes < blocks.count(square):
+            limits.append(np.sqrt(square) / (2 * np.pi))
+    found = squeal.eigenvalues(squeal.System(np.eye(3), K=K), prove=prove)
+    if prove is None:
+        assert (found.verdict, found.certified) == ("marginal", True)
+    if found.verdict is None:  # three that coincide, which rounding parts by 1e-5
+        return
+    if limits:
+        assert f"on the limit of flutter, modes at {limits[0]:.4g} Hz" in found.conclusion
+    else:
+        assert found.conclusion == "Marginal: no mode grows, not all decay"
+
+
+def test_a_report_at_the_threshold_says_that_it_is_the_limit():
+    """s = 2 +- sqrt(1 - 4 mu / 3), of which both are 2 at mu = 3/4: in doubles, exactly."""
+    K = {"1": [[2.0, -1.0], [-0.75, 2.0]], "mu": [[0.0, 0.0], [1.0, 0.0]]}
+    system = squeal.System(np.eye(2), K=K, parameters={"mu": 0.75})
+    assert squeal.report(system).advice.startswith("On the limit of flutter at mu = 0.75.")
+
+
 @pytest.mark.parametrize("damping", [0.0, 0.1])
 def test_a_free_body_is_proved_marginal(damping):
     chain = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
     found = squeal.eigenvalues(squeal.System(np.eye(3), C=damping * chain, K=chain), prove=True)
     assert (found.verdict, found.certified, found.count) == ("marginal", True, 6)
+    assert found.conclusion == "Marginal: no mode grows, not all decay"  # its drift is no fault
 
 
 def test_a_shuffled_triangle_is_proved():
