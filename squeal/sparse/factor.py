@@ -130,18 +130,19 @@ class _Pardiso(Factor):
     """A factor by MKL's PARDISO, which pivots within the diagonal blocks alone.
 
     PARDISO reads compressed rows. It gets the columns of the CSC array: the rows of the transpose.
-    `reusable` is a factor that may lend its ordering and its memory. Raises ZeroDivisionError if
-    the matrix is singular to rounding.
+    `reusable` is a factor that may lend its ordering and its memory, and solves nothing afterwards.
+    Raises ZeroDivisionError if the matrix is singular to rounding.
     """
 
     def __init__(self, matrix: csc_array, library: ctypes.CDLL, reusable: Factor | None) -> None:
         self._library = library
+        self._n = matrix.shape[0]
         self.dtype = matrix.dtype
         columns_sorted = matrix.sorted_indices()
         self._data = columns_sorted.data
         self._starts = columns_sorted.indptr.astype(np.int32)
         self._indices = columns_sorted.indices.astype(np.int32)
-        self._memory = np.zeros(64, np.int64)
+        self._memory = np.zeros(64, np.int64)  # zeros: none was handed out yet
         self._control = np.zeros(64, np.int32)
         is_single = self.dtype in (np.float32, np.complex64)
         self._control[_Control.OWN_SETTINGS] = 1
@@ -150,7 +151,7 @@ class _Pardiso(Factor):
         self._control[_Control.SINGLE_PRECISION] = is_single
         self._control[_Control.INDICES_FROM_ZERO] = 1
         self._control[_Control.KEEP_PIVOTS] = 1
-        if isinstance(reusable, _Pardiso) and reusable._has_pattern_of(self):
+        if isinstance(reusable, _Pardiso) and reusable._can_lend_to(self):
             # the reusable factor gets the empty memory, and releases nothing at its end
             self._memory, reusable._memory = reusable._memory, self._memory
             self._call(_Phase.FACTORISE)
@@ -159,13 +160,11 @@ class _Pardiso(Factor):
         if self._control[_Control.MOVED_PIVOTS]:  # vanishing pivots that PARDISO has replaced
             raise ZeroDivisionError
 
-    @property
-    def _n(self) -> int:
-        return len(self._starts) - 1
-
-    def _has_pattern_of(self, other: _Pardiso) -> bool:
-        return (
-            self.dtype == other.dtype
+    def _can_lend_to(self, other: _Pardiso) -> bool:
+        """True if the matrix of another factor has the same pattern, and the memory is not lent."""
+        return bool(
+            self._memory.any()
+            and self.dtype == other.dtype
             and np.array_equal(self._starts, other._starts)
             and np.array_equal(self._indices, other._indices)
         )
@@ -203,7 +202,7 @@ class _Pardiso(Factor):
     def _solve_own_type(self, right: NDArray, transposed: bool) -> NDArray:
         if not right.size:
             return right
-        # it holds the transpose: A itself is the transpose of that
+        # PARDISO has the transpose of A: to solve with A it is told to transpose
         self._control[_Control.TRANSPOSED] = 0 if transposed else TRANSPOSE
         return self._call(_Phase.SOLVE, right)
 
@@ -237,7 +236,7 @@ def factorise(matrix: csc_array, single: bool = False, reusable: Factor | None =
     `reusable` is a factor of a matrix of the same pattern that is no longer needed: it may lend its
     ordering and its memory, and solves nothing afterwards.
 
-    Raises ZeroDivisionError if it is exactly singular.
+    Raises ZeroDivisionError if the matrix is exactly singular, by PARDISO if it is so to rounding.
     """
     rounded = matrix
     if single:
@@ -251,13 +250,14 @@ def factorise(matrix: csc_array, single: bool = False, reusable: Factor | None =
 def factorise_at(
     problem: ScaledProblem, value: complex, single: bool = False, reusable: Factor | None = None
 ) -> tuple[complex, Factor]:
-    """The value at which P was factorised, and the factor: P(value), or P at a value close by where
-    that is exactly singular.
+    """The value at which P was factorised, and the factor: `value`, or a value close by if P is
+    exactly singular at `value`.
 
-    Raises ComputationError if P is singular there as well.
+    Raises ComputationError if P is singular at the value close by as well.
     """
     with suppress(ZeroDivisionError):
         return value, factorise(problem.at(value), single, reusable)
+    # off the axes, on which roots lie
     shifted = value + 1e-6 * (1 + 0.5j) * (abs(value) or problem.frequency_scale or 1.0)
     with suppress(ZeroDivisionError):
         return shifted, factorise(problem.at(shifted), reusable=reusable)

@@ -37,6 +37,7 @@ class Manual:
             matrix = csr_array((_at(data, rows[-1], kind), columns, rows), shape=(n, n)).toarray()
             if phase == 12:
                 memory[0] = 1 + max(self.held, default=0)
+            assert memory[0]  # the analysis: the library itself crashes without it
             self.held[memory[0]] = matrix
             _at(error)[0] = -4 if np.linalg.matrix_rank(matrix) < n else 0
             control[13] = np.abs(np.diag(matrix)).max() == 9.0  # pivots that were moved
@@ -142,6 +143,19 @@ def test_an_ordering_serves_again(rng):
         assert before is None or before._memory.any() != lends
         expected = np.linalg.solve(matrix.toarray(), right)
         assert np.allclose(found.solve(right.astype(kind)), expected)
+
+
+def test_an_ordering_is_lent_once(monkeypatch):
+    """A singular matrix takes the ordering along: the matrix close by needs an analysis."""
+    library = mkl()
+    monkeypatch.setattr(factor, "_mkl", lambda: library)
+    monkeypatch.setattr(factor, "PARDISO_ROWS", 2)
+    problem = scaled_problem(np.eye(2), None, np.array([[2.0, -1.0], [-1.0, 2.0]]))
+    lender = factor.factorise(problem.at(2j))
+    value, found = factor.factorise_at(problem, 1j, reusable=lender)
+    assert value != 1j
+    image = problem.at(value) @ np.array([1.0, 2.0])
+    assert found.solve(image) == pytest.approx([1.0, 2.0], rel=1e-9)
 
 
 def _of(pattern):
