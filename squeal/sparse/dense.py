@@ -1,8 +1,9 @@
 """Roots of small dense problems of any kind: M singular, not symmetric, complex; roots at zero.
 
 A motion x with K x = 0 has the root 0, and has it twice where no damping acts on it. Computed, a
-double root lies the square root of rounding away, on either side of the imaginary axis. So no small
-root decides, but what K and C do to the motions, and these roots are then exactly zero.
+double root lies the square root of rounding away, on either side of the imaginary axis. So the
+number of zeros is not read from small roots but from ranks of K and C, and as many of the smallest
+roots are set to zero.
 
 Where M is singular or nearly so a pencil is solved that its inverse does not enter. In singular
 vectors of M what has no mass to rounding is exactly zero, and its velocity no unknown. The QZ
@@ -56,12 +57,13 @@ CLUSTER_DISTANCE = 1e-7
 def dense_values(
     M: Matrix, C: Matrix | None, K: Matrix, stiffness: float | None = None
 ) -> ComplexArray:
-    """All finite roots of lambda^2 M + lambda C + K, matrices (n, n) of any kind.
+    """All finite roots lambda (rad/s) of lambda^2 M + lambda C + K, matrices (n, n) of any kind.
 
-    By the standard eigenproblem with the inverse of M, or as a pencil where M is nearly singular.
-    Of real matrices without damping roots on the imaginary axis are exactly there, and roots of
-    motions that nothing holds are exactly zero. `stiffness` is given if K is the projection of a
-    larger matrix, whose rounding it carries: the norm of that matrix. A pencil makes no use of it.
+    By the standard eigenproblem of A = M^-1 K and B = M^-1 C, in coordinates with unit mass if M
+    allows them; by `pencil_values` if M is nearly singular. Of real matrices without damping roots
+    on the imaginary axis are exactly there, and roots of motions that nothing holds are exactly
+    zero. `stiffness` is given if K is the projection of a larger matrix, whose rounding it
+    carries: the norm of that matrix. `pencil_values` makes no use of it.
     """
     damping = _nonzero(C)
     try:
@@ -69,7 +71,7 @@ def dense_values(
         A = normalised.A
         B = normalised.B
         relative_error = normalised.relative_error
-    except InputError:  # a light mass, or one that is not symmetric; complex matrices
+    except InputError:  # M is complex or not symmetric, or a mass is light
         condition = float(np.linalg.cond(equilibrated(M)))
         if 1.0 / condition <= ILL_CONDITIONED:
             problem = scaled_problem(M, damping, K)
@@ -91,7 +93,7 @@ def dense_values(
         state_matrix, rate = first_order(A, B)
         values = np.asarray(np.linalg.eigvals(state_matrix) * rate, dtype=complex)
     sizes = np.abs(values)
-    # of roots near zero ranks decide how many are exactly zero, see the head of this module
+    # how many of the smallest roots are exactly zero
     if stiffness is not None:
         zeros = _count_zeros(M, damping, K, STIFFNESS_ROUNDING * stiffness)
     # rounding moves a zero in a Jordan chain of four by up to EPS^(1/4)
@@ -111,10 +113,11 @@ def _nonzero(C: Matrix | None) -> Matrix | None:
 
 
 def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
-    """How many roots are exactly zero, by ranks: of each motion that K does not hold one, or two if
-    it is undamped.
+    """How many roots are exactly zero: one for each motion that K does not hold, two if it is
+    undamped.
 
-    Singular values of K up to `noise` are rounding.
+    Motions that K does not hold are singular vectors of K with singular values up to `noise`, the
+    rounding of K.
     """
     null, left_null = null_spaces(K, noise)
     if not null.size:
@@ -129,11 +132,11 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
 
 
 def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray, NDArray[np.bool_]]:
-    """All finite roots of scaled matrices (n, n), whatever M is, and a mask of those without a
-    known size, see `_finite_values`.
+    """All finite roots of scaled matrices (n, n), whatever M is, and a mask that is True for roots
+    whose size is unknown, see `_finite_values`.
 
-    They are the eigenvalues of a pencil F - s E in singular vectors of M: of s = -lambda^2 with
-    F = K and E = M without damping, of s = lambda in the states of `state_pencil` with it. A
+    The roots are eigenvalues s of a pencil F - s E in singular vectors of M. Without damping
+    s = -lambda^2, F = K and E = M; with damping s = lambda, and `state_pencil` gives F and E. A
     massless motion has an infinite eigenvalue, unless damping makes it one of the first order.
     """
     C_or_none = _nonzero(C)
@@ -156,10 +159,9 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
         zeros = _count_zeros(mass, None, stiffness, noise)
         zero_squares = zeros // 2  # a square has two roots +-lambda
         squares[np.argsort(np.abs(squares))[:zero_squares]] = 0.0
-        not_decaying = np.sqrt(-squares)
-        # -0j lies below the cut of the square root, which then gives the lower root of a pair
-        is_on_axis = (squares.imag == 0) & (squares.real > 0)
-        not_decaying = np.where(is_on_axis, 1j * np.abs(not_decaying.imag), not_decaying)
+        # 0 - s has the imaginary part +0 of a real s. That of -s is -0, below the cut of the square
+        # root along the negative real axis, and leads to the lower root of a pair
+        not_decaying = np.sqrt(0.0 - squares)
         return np.concatenate([not_decaying, -not_decaying]) * rate, np.tile(is_unknown, 2)
     damping = U.conj().T @ (C_or_none * (rate / size)) @ Wh.conj().T
     if rank < n:
@@ -172,19 +174,21 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
 
 
 def _finite_values(F: Matrix, E: Matrix, infinite: int) -> tuple[ComplexArray, NDArray[np.bool_]]:
-    """The finite eigenvalues s = alpha / beta of F - s E (N, N), by the QZ algorithm.
+    """The finite eigenvalues s = alpha / beta of F - s E (N, N), by the QZ algorithm, and a mask
+    that is True for those of unknown size.
 
-    `infinite` of the N are infinite: those of the least |beta / alpha|, a ratio that rounding
-    leaves above zero. If there are any, all up to 4 EPS are infinite as well. Of others the QZ
-    algorithm sets a beta below rounding of E to zero: they are marked, and get the least size that
-    this allows. If F is real the finite ones are exactly conjugate in pairs.
+    At least `infinite` of the N are infinite: those of the least |beta / alpha|, which rounding
+    leaves above zero. If `infinite` is not 0, all with a ratio up to 4 EPS are infinite as well.
+    Among the finite ones the QZ algorithm sets a beta below rounding of E to zero: their size is
+    unknown, and they get the least size that a beta of that rounding gives. If F is real the finite
+    ones are exactly conjugate in pairs.
     """
     from scipy.linalg import eigvals
 
     alpha, beta = eigvals(F, E, homogeneous_eigvals=True)
     with np.errstate(over="ignore"):  # a root at zero has an infinite inverse
         inverses = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # 1 / |s|
-    is_finite = (inverses > 4 * EPS) | (infinite == 0)  # all, if none has to be infinite
+    is_finite = (inverses > 4 * EPS) | (infinite == 0)
     is_finite[np.argsort(inverses)[:infinite]] = False
     least_beta = EPS * divisor(norm_of(E))
     values = (alpha / np.where(beta == 0, least_beta, beta))[is_finite].astype(complex)
@@ -202,13 +206,13 @@ def roots_at(
     stiffness: float | None = None,
     exact: bool = False,
 ) -> Roots:
-    """Known roots (m,), sorted by Im lambda, with unit right and left vectors.
+    """Known roots (m,), sorted by Im lambda, with unit right and left vectors (n, m).
 
     By inverse iteration on P at each root. Roots that are too close for a vector each share the
     singular vectors of the smallest singular values of P at their mean, zero roots the null space
     of K. `stiffness` is the norm of the larger matrix whose rounding K carries, if there is one.
-    Where values are `exact`, as those of a proof, each entry of P means something beside larger
-    ones: rows and columns are scaled to their terms first.
+    `exact` values, as those of a proof, lose no digit in P: small entries of P then count beside
+    large ones, and rows and columns are scaled for them, see `_scaled_null_vectors`.
     """
     ordered = values[np.lexsort((values.real, values.imag))]
     right_vectors = np.zeros((len(M), len(ordered)), dtype=complex)
@@ -220,7 +224,7 @@ def roots_at(
         if mean == 0.0 and not exact:
             noise = noise_of(K) if stiffness is None else STIFFNESS_ROUNDING * stiffness
             right, left = null_spaces(K, noise)
-        if not right.shape[1]:  # other roots, or a K that is regular to rounding
+        if not right.shape[1]:  # roots that are not zero, or exact, or K is regular to rounding
             P = mean * mean * M + K
             if C is not None:
                 P = P + mean * C
@@ -250,10 +254,11 @@ def _clusters(values: ComplexArray) -> list[Indices]:
 def _scaled_null_vectors(
     P: ComplexArray, terms: NDArray, count: int
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Unit right and left null vectors (n, count) of P, to which its smallest entries matter too.
+    """Unit right and left null vectors (n, count) of P, to which small entries of P matter too.
 
-    With `terms` (n, n), the sizes of the entries of P before they cancel, scales r, c of rows and
-    columns make the largest of r terms c' one: x of r P c' gives c x of P, y gives r y.
+    `terms` (n, n) are the sizes of the entries of P before terms cancel in them. Scales r of rows
+    and c of columns make the largest entry of each row and column of r_i terms_ij c_j about one. A
+    right null vector x of r_i P_ij c_j gives c x of P, a left one y gives r y.
     """
     rows = 1.0 / divisor(terms.max(axis=1))[:, None]
     columns = 1.0 / divisor((rows * terms).max(axis=0))[:, None]
@@ -294,7 +299,8 @@ def _null_vectors(P: ComplexArray, count: int) -> tuple[ComplexArray, ComplexArr
 def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, ...]:
     """All finite roots with vectors, backward errors and conditions; matrices (n, n).
 
-    Raises InputError for an empty row, and where every number is a root.
+    A root of unknown size, see `pencil_values`, gets the residual 1 and infinite rounding, so that
+    no verdict rests on it. Raises InputError for an empty row, and if every number is a root.
     """
     problem = scaled_problem(M, C, K)
     matrices = problem.arrays()
@@ -308,7 +314,7 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     unknown = values[is_unknown]
     listed = []
     for root in roots:
-        if root.value in unknown:  # it solves no equation, and decides nothing
+        if root.value in unknown:
             root = replace(root, residual=1.0, rounding=math.inf)
         listed.append(root)
     return tuple(listed)
