@@ -7,7 +7,7 @@ import itertools
 import math
 from collections.abc import Callable
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,10 +93,8 @@ class ScaledProblem:
 
     def apply(self, values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
         """P(values[j]) vectors[:, j] as columns (n, m)."""
-        mass = multiply(self.M, vectors)
-        damping = multiply(self.C, vectors)
-        stiffness = multiply(self.K, vectors)
-        return mass * values**2 + damping * values + stiffness
+        images = multiply(self.M, vectors) * values**2 + multiply(self.C, vectors) * values
+        return images + multiply(self.K, vectors)
 
     def backward_errors(self, values: ComplexArray, vectors: ComplexArray) -> Array:
         """|P x| / ((|v|^2 |M| + |v| |C| + |K|) |x|) for each column x of vectors (n, m)."""
@@ -110,7 +108,7 @@ class ScaledProblem:
 
     def transposed(self) -> ScaledProblem:
         """The problem of the left vectors: P(lambda)' y = 0, y not conjugated."""
-        return ScaledProblem(M=self.M.T, C=self.C.T, K=self.K.T, scale=self.scale, norms=self.norms)
+        return replace(self, M=self.M.T, C=self.C.T, K=self.K.T)
 
 
 def multiply(A: Matrix, columns: NDArray) -> ComplexArray:
@@ -215,13 +213,13 @@ def _diagonal_sizes(system: System, matrices: list[list[csc_array]]) -> Array:
     serves.
     """
     diagonals = np.zeros((3, system.n))
-    for part, (terms, matrices_of_part) in enumerate(zip(system.parts, matrices, strict=True)):
+    for sizes, terms, matrices_of_part in zip(diagonals, system.parts, matrices, strict=True):
         for term, A in zip(terms, matrices_of_part, strict=True):
             entries = np.abs(A.diagonal())
             if A.nnz and not entries.all():
                 largest = abs(A).max(axis=0).toarray().ravel()
                 entries = np.where(entries > 0, entries, largest)
-            diagonals[part] += abs(term.factor.value(system.parameters)) * entries
+            sizes += abs(term.factor.value(system.parameters)) * entries
     return diagonals
 
 
@@ -270,8 +268,7 @@ class Roots:
 
     def expanded(self, basis: NDArray) -> Roots:
         """The roots with vectors of all rows, from those in the coordinates of a basis (n, d)."""
-        right = multiply(basis, self.right)
-        return Roots(self.values, right, multiply(basis, self.left))
+        return Roots(self.values, multiply(basis, self.right), multiply(basis, self.left))
 
     def with_conjugates(self) -> Roots:
         """These roots, then the conjugates of those above the real axis."""
