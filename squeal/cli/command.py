@@ -119,17 +119,18 @@ class Source:
         mapping.pop(keys[-1], None)
 
     def _put(self, group: Group, keys: Sequence[str], value: object) -> None:
-        """Set the value under nested keys of the document, whose mappings are made if missing.
+        """Set the value under nested keys of the document, such as initial, then x.
 
-        A word that stands for a mapping, see `Group.mapping`, becomes that mapping. Where something
-        else stands in its place nothing is set: the reader of the file refuses that.
+        group: the keys of the document. A mapping that is missing on the way is made; a word that
+        stands for one, see `Group.mapping`, is replaced by it. Nothing is set where any other value
+        stands in the place of a mapping: the reader of the file refuses that value.
         """
         mapping: Any = self.document
         kind: Any = group
-        for step in keys[:-1]:
-            kind = kind.keys[step].kind
-            mapping[step] = kind.mapping(mapping.get(step, {}))
-            mapping = mapping[step]
+        for key in keys[:-1]:
+            kind = kind.keys[key].kind  # the group of the mapping under this key
+            mapping[key] = kind.mapping(mapping.get(key, {}))
+            mapping = mapping[key]
             if not isinstance(mapping, dict):
                 return
         mapping[keys[-1]] = value
@@ -147,11 +148,12 @@ class Source:
         file = system_file(self.document, self.at, self.folder, vars(self.given).get("band"))
         self.inputs += file.inputs
         check_outputs(self.given, [self.path, *self.inputs])
-        if self.matrices:  # refused before anything is solved
+        if self.matrices:  # called for its refusals alone, before anything is solved
             from squeal.queries.systems.sensitivity import with_matrices
 
             with_matrices(file, self.matrices)
-        if file.assembly is None:  # parameters of components, such as a pressure, enter no matrix
+        # in an assembly a parameter that no matrix depends on, such as a pressure, has its use
+        if file.assembly is None:
             self._check_parameters(file.system.names)
         return file
 

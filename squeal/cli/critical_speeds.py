@@ -18,8 +18,7 @@ ORDERS = numbers("numbers above 0, such as 1:2", lambda *orders: min(orders) > 0
 def options(parser: Parser) -> None:
     """Options of `squeal critical-speeds`."""
     words = "highest speed, rad/s (required)"
-    names = "--max --mu-max"
-    add_option(parser, names, dest="high", metavar="VALUE", read=NUMBER, help=words)
+    add_option(parser, "--max --mu-max", dest="high", metavar="VALUE", read=NUMBER, help=words)
     take(parser, "low", "band", "memory")
     words = "multiples of the speed (1)"
     add_option(parser, "--orders", metavar="N:N", read=ORDERS, default=(1.0,), help=words)

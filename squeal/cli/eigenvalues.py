@@ -6,7 +6,7 @@ squeal eigenvalues brake.yaml --band 500:5000 --sensitivity --energy
 
 import argparse
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
@@ -63,15 +63,9 @@ def run(given: argparse.Namespace) -> Reply:
         "progress": steps(),
     }
     sweep = None
-    estimate = None  # the roots of a first look, where nothing asks for those of the full system
+    estimate = None  # a sweep whose roots serve, since no option needs those of the full system
     if given.values:
-        swept = subject
-        if given.at is not None:  # modes are numbered at the own value of the parameter
-            system = subject.system
-            swept = replace(subject, system=system.replace({system.parameter: given.at}))
-        sweep = squeal.sweep(
-            swept, given.values, method=given.method, workers=given.workers, **selection
-        )
+        sweep = _sweep(given, subject, selection)
         if sweep.is_first_look and not _needs_full_roots(given):
             estimate = sweep
     spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)
@@ -89,9 +83,22 @@ def run(given: argparse.Namespace) -> Reply:
             answers.append(squeal.energy_sweep(sweep))
     _write(given, spectrum, sweep)
     return Reply.of(
-        *(answer for answer in answers if answer is not None),
+        *filter(None, answers),
         warnings_in_reply=isinstance(subject, Scene),
         more=_notes(given, subject, spectrum),
+    )
+
+
+def _sweep(
+    given: argparse.Namespace, subject: "Scene | SystemFile", selection: dict[str, Any]
+) -> Sweep:
+    """The sweep over the values of --sweep, whose modes are numbered at that of --at, if given."""
+    swept = subject
+    if given.at is not None and not isinstance(subject, Scene):
+        system = subject.system  # modes are numbered at its own value of the parameter
+        swept = replace(subject, system=system.replace({system.parameter: given.at}))
+    return squeal.sweep(
+        swept, given.values, method=given.method, workers=given.workers, **selection
     )
 
 

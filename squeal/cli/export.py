@@ -89,8 +89,8 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     scene_name = f"{name}, a scene with six roots"
     refuse(given, "method", "band", "region", "values", beside=scene_name)
     analysis = analyse(scene)
-    doubt: str = analysis.doubt
-    radii: tuple[Any, ...] | None = None  # how far the entries of each matrix may be off
+    doubt: str = analysis.doubt  # why nothing about the matrices is certified; "" if it may be
+    radii: tuple[Any, ...] | None = None  # errors of M, C and K; None if not known
     if analysis.errors is not None:
         radii = data_of_pad(scene, analysis).radii
     if radii is not None and not np.isfinite(radii).all():  # no file holds such errors
@@ -105,7 +105,7 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     system = squeal.System(mass, damping, stiffness, name=Path(name).stem)
     if doubt:
         system = system.assuming(doubt)
-    # another friction has another equilibrium, and so other matrices
+    # at another friction the equilibrium differs, and with it the matrices
     note = f"linearised at mu = {scene.pad.mu:g}; the matrices depend on no parameter"
     files = write_system(given.output, system, given.format, reference=note)
     return _Exported(system, files, note=note)

@@ -102,8 +102,7 @@ def sweep_values(text: str) -> list[float]:
             f"is not allowed; it must be A:B:N, of a pad values of mu; of a system --set "
             f"parameter={named[1]} beside it makes {named[1]} the free parameter"
         )
-    values: list[float] = SWEEP(text)
-    return values
+    return list(SWEEP(text))
 
 
 BAND = numbers("LOW:HIGH in Hz with 0 <= LOW < HIGH", lambda low, high: 0.0 <= low < high)
@@ -188,7 +187,8 @@ class Grouped(Protocol):
 class Once(argparse.Action):
     """Reads a value, keeps the option as typed, and refuses a second one, also under another name.
 
-    `typed` of the namespace holds each option as typed, by what it sets and by its names.
+    `typed` of the namespace holds each option as typed, such as "--max 0.5": by what it sets, the
+    argument that refusals of the library name, and by each of its names.
     """
 
     def __init__(self, *arguments: Any, read: Read = lambda text: text, **options: Any) -> None:
@@ -203,9 +203,9 @@ class Once(argparse.Action):
         text: Any,
         option: str | None = None,
     ) -> None:
-        """Set the value under `dest`, and in `typed` the option as typed, by `dest` and each name.
+        """Read the value, and set it under `dest`.
 
-        Raises InputError if the option was given before.
+        Raises InputError if the option was given before, or its text is not allowed.
         """
         at = Place(f"{option} {text}")
         if self.dest in given.typed:

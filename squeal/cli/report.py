@@ -53,14 +53,15 @@ def _read_parts(path: Path, subject: "Scene | SystemFile") -> dict[str, list[int
     A line of the table names a part and one of its nodes; for a subject without coordinates, one of
     its rows, counted from 1. Rows of a pad are x, y and theta. Raises InputError.
     """
-    count = 3
+    count = 3  # rows of a pad
     coordinates = None
     if not isinstance(subject, Scene):
         count = subject.system.n
         coordinates = subject.coordinates
-    head = "row" if coordinates is None else "node"
+    head = "row"
     node_of_name = {}
     if coordinates is not None:
+        head = "node"
         node_of_name = {name: node for node, name in enumerate(coordinates.names)}
     parts: dict[str, list[int]] = {}
     _, lines = read_table(path, ("part", head))

@@ -38,8 +38,8 @@ def run(given: argparse.Namespace) -> Reply:
     scene = given.source.scene()
     check_simulation(scene)
     outputs = scene.outputs
-    intervals = (scene.samples or 2) - 1  # between the samples of the history
-    refinement = 1  # into how many parts each interval is divided
+    intervals = (scene.samples or 2) - 1  # between the samples of the history; one without samples
+    refinement = 1  # into how many parts each interval is divided for the figure
     if given.table is not None:
         outputs = (*scene.outputs, "history")
     if given.figure is not None:
@@ -51,7 +51,7 @@ def run(given: argparse.Namespace) -> Reply:
     if given.figure is not None:
         name = given.source.name.removesuffix(".yaml")
         motion.save(given.figure, name=name, scene=scene, inputs=given.source.inputs)
-    if motion.history is not None:
+    if motion.history is not None:  # again at the samples of the scene alone
         history = {name: column[::refinement] for name, column in motion.history.items()}
         motion = dataclasses.replace(motion, history=history)
     if given.table is not None:

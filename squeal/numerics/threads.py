@@ -16,8 +16,8 @@ def one_thread() -> AbstractContextManager[object]:
 def threads_of_a_verb() -> AbstractContextManager[object]:
     """A context with one thread of BLAS, unless an environment variable gives their number.
 
-    It changes nothing before SciPy is loaded: a verb is then asked of a pad, of three rows, and
-    need not wait for the import.
+    Before SciPy is loaded it changes nothing: a verb about a pad, of three rows, need not wait for
+    that import.
     """
     is_chosen = any(name.endswith("_NUM_THREADS") for name in os.environ)  # of OMP, OPENBLAS, MKL
     return nullcontext() if is_chosen or "scipy" not in sys.modules else one_thread()

@@ -55,16 +55,15 @@ def _function_of(answer: Answer) -> Callable[..., Drawing]:
 
 
 def plot(answer: Answer, axes: Axes | None = None, **look: Any) -> Axes:
-    """Plot an answer: its whole figure in pyplot, or its panel.
+    """Plot an answer in pyplot, or its panel into `axes`; returns the (first) Axes.
 
-    axes: into which the panel is drawn; look: options of the whole figure, which its function in
-    `DRAWN` names, or of Matplotlib's artists. With an Axes, or with an option of artists, the panel
-    is drawn.
+    look: options of the whole figure, which its function in `DRAWN` names; with any other option
+    the panel is drawn, and all of them go to Matplotlib's artists.
     """
     options = signature(_function_of(answer)).parameters
     if axes is None and look.keys() <= options.keys():
         figure = drawing(answer, **look).figure
-        # pyplot shows the figures that it makes by a FigureClass: here that hands over a made one
+        # pyplot shows the figure that it gets from FigureClass: here one that is drawn already
         pyplot.figure(FigureClass=lambda **_: figure)  # type: ignore[arg-type]
         return figure.axes[0]
     if axes is None:

@@ -137,9 +137,9 @@ def _edges(answer: Map) -> list[NDArray]:
 
 def _cells(axes: Axes, answer: Map) -> _Drawn:
     """Draw verdicts as cells, hatched where no equilibrium is admissible."""
-    x = answer.axes[0].values
-    y = answer.axes[1].values
+    first, second = answer.axes
     beyond = VERDICT_COLOURS[NAMES.index(BEYOND)]
+    # the code k of a point is that of verdict k, whose colour covers codes from k - 1/2 to k + 1/2
     colours = [COLOUR_OF.get(verdict, beyond) for verdict in answer.verdicts]
     axes.pcolormesh(
         *_edges(answer),
@@ -160,7 +160,15 @@ def _cells(axes: Axes, answer: Map) -> _Drawn:
         is_hatched = ~answer.admissible & (answer.codes != NAMES.index(BEYOND))
         if is_hatched.any() and min(is_hatched.shape) > 1:  # one row has no contours
             mask = is_hatched.T.astype(float)
-            axes.contourf(x, y, mask, [0.5, 1.5], hatches=["////"], colors="none", zorder=1.5)
+            axes.contourf(
+                first.values,
+                second.values,
+                mask,
+                [0.5, 1.5],
+                hatches=["////"],
+                colors="none",
+                zorder=1.5,
+            )
             handles.append(Patch(fc="none", ec="k", hatch="////", lw=0.5, label="not admissible"))
     return _Drawn(handles, "Verdict", ", ".join(sentences))
 
