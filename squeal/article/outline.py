@@ -21,6 +21,7 @@ from matplotlib.path import Path
 from squeal.article.cases import CASES
 from squeal.plots.maps import QUARTERS
 
+HALVINGS = 20  # of an edge, to a millionth of it
 Codes = Callable[[np.ndarray], np.ndarray]
 """Codes (n,) at points (2, n)."""
 
@@ -122,7 +123,7 @@ def _shares(
     # the change lies on the part of the edge from the share `low` to `low + width`
     low = np.zeros(len(i))
     width = 1.0
-    for _ in range(20):  # halved to a millionth of an edge
+    for _ in range(HALVINGS):
         width /= 2
         not_yet_changed = codes_at(start + (low + width) * edge) == code_before
         low = low + width * not_yet_changed

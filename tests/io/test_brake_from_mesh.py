@@ -21,16 +21,32 @@ GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """The script, its brake, the folder of its files, and what CalculiX prints without friction."""
+def script():
+    """The script of the documentation as a module."""
     found = importlib.util.spec_from_file_location("brake_from_mesh", SCRIPT)
-    script = importlib.util.module_from_spec(found)
-    found.loader.exec_module(script)
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def made(script, tmp_path_factory):
+    """The script, its brake, the folder of its files, and what CalculiX prints without friction."""
     folder = tmp_path_factory.mktemp("brake")
     brake = script.Brake()
     script.write_files(folder, brake, mu=0.0)
     script.run_calculix(folder, "normal", script.contact_deck(brake))
     return script, brake, folder, script.printed(folder, "normal")[:, 0]
+
+
+@pytest.fixture(scope="module")
+def rubbing(made):
+    """The brake with friction, its components reduced."""
+    _, _, folder, _ = made
+    text = (folder / "brake.yaml").read_text()
+    path = folder / "rubbing.yaml"
+    path.write_text(f"{text}cutoff: 24000\n".replace("mu: 0.0", "mu: 0.5"))
+    return squeal.read_system(path)
 
 
 def faces_minus_nodes(script, brake):
@@ -85,13 +101,9 @@ def test_the_areas_of_the_pairs_are_those_of_the_sector(made):
     assert sum(brake.shares.values()) == pytest.approx(0.5 * (0.10**2 - 0.08**2) * angle)
 
 
-def test_the_terms_of_the_unstable_mode_are_those_of_the_documentation(made):
+def test_the_terms_of_the_unstable_mode_are_those_of_the_documentation(rubbing):
     """They sum to the root, and 1 % of friction moves it as differences of all roots say."""
-    _, _, folder, _ = made
-    text = (folder / "brake.yaml").read_text()
-    (folder / "rubbing.yaml").write_text(f"{text}cutoff: 24000\n".replace("mu: 0.0", "mu: 0.5"))
-    file = squeal.read_system(folder / "rubbing.yaml")
-    found = squeal.eigenvalues(file, band=(11500.0, 12000.0), prove=False)
+    found = squeal.eigenvalues(rubbing, band=(11500.0, 12000.0), prove=False)
     (unstable,) = found.unstable
     answer = squeal.energy(found)
     mode = found.mode_of(unstable)
@@ -109,7 +121,7 @@ def test_the_terms_of_the_unstable_mode_are_those_of_the_documentation(made):
     )
 
     def root_at(mu):
-        M, _, K = file.system.arrays({"mu": mu})
+        M, _, K = rubbing.system.arrays({"mu": mu})
         roots = np.sqrt(-scipy.linalg.eigvals(K, M).astype(complex))
         return roots[np.argmin(np.abs(roots - unstable.root))]
 
@@ -118,12 +130,9 @@ def test_the_terms_of_the_unstable_mode_are_those_of_the_documentation(made):
     assert friction.d_hz == pytest.approx(moved.imag / (2 * np.pi), rel=1e-3)
 
 
-def test_peers_on_real_modes_find_what_all_rows_have(made):
+def test_peers_on_real_modes_find_what_all_rows_have(rubbing):
     """Of the benchmark: its projection against all roots of the undamped problem."""
-    _, _, folder, _ = made
-    text = (folder / "brake.yaml").read_text()
-    (folder / "peers.yaml").write_text(f"{text}cutoff: 24000\n".replace("mu: 0.0", "mu: 0.5"))
-    system = squeal.read_system(folder / "peers.yaml").system
+    system = rubbing.system
     _, projected = calculix_peers.on_real_modes(system)
     M, _, K = system.arrays()
     roots = np.sqrt(-scipy.linalg.eigvals(K, M).astype(complex))
