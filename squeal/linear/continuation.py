@@ -646,11 +646,10 @@ def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> Pr
 def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     """Projections P and Q that take the free motions, whose roots are zero throughout, out.
 
-    Free motions are the vectors x on which neither K nor C acts at any sample; with them go
-    combinations y of rows with y' K = y' C = 0. Q spans what is orthogonal to M' y, P what is
-    orthogonal to M x, so that P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots. For that
-    either x or y suffices: where the parameter changes some of one kind, as of a force that acts
-    between bodies at one end alone, the other kind, of k vectors, stands for both.
+    Free motions are the vectors x on which neither K nor C acts at any sample. The parameter may
+    change the combinations y of rows with y' K = y' C = 0, as by a force that acts between bodies
+    at one end alone, and in other rows the motions x: both are taken out, one after the other, y as
+    a motion of the transposes. P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots.
 
     Parameters
     ----------
@@ -660,41 +659,47 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     Returns
     -------
     (P, Q) or None
-        Arrays (n, n - k). None if there are no free motions, if M varies, or if M does not separate
-        them well.
+        Arrays (n, n - k). None if there are no free motions, or if M varies.
     """
     M = samples[0][0]
-    acting = []  # all K and C that are not zero
+    acting: list[Array] = []
     for other_M, C, K in samples:
         if not np.array_equal(M, other_M):
             return None
-        for X in (K, C):
-            if X.any():
-                acting.append(X)
-    if not acting:
+        acting += C, K
+    P = Q = np.eye(len(M))
+    for _ in range(2):
+        rows, columns = _beside_free_motions(M, acting)
+        P, Q = Q @ columns, P @ rows
+        M, *acting = [(rows.conj().T @ X @ columns).conj().T for X in (M, *acting)]
+    if len(M) == len(P):
         return None
+    return P, Q
+
+
+def _beside_free_motions(M: Array, acting: Sequence[Array]) -> tuple[Array, Array]:
+    """P and Q (n, n - k), orthogonal to M x and to M' y, of k motions x on which no matrix acts.
+
+    y is x, or M x where y' M x would be singular. Both are the identity if there is no such motion,
+    if all are, or if a motion has no mass.
+    """
     # scaled to a unit diagonal of M and to a largest entry of 1, so that units do not matter
-    scale = 1.0 / np.sqrt(divisor(np.diag(M)))[:, None]
+    scale = 1.0 / np.sqrt(divisor(np.abs(np.diag(M))))[:, None]
     unit_sized = []
     for X in acting:
         scaled = scale * X * scale.T
-        unit_sized.append(scaled / np.abs(scaled).max())
+        unit_sized.append(scaled / divisor(np.abs(scaled).max()))
     noise = 8 * EPS * len(M) * float(np.linalg.norm(np.hstack(unit_sized), 2))
     motions = scale * null_spaces(np.vstack(unit_sized), noise)[0]
-    combinations = scale * null_spaces(np.hstack(unit_sized), noise)[1]
-    k = max(motions.shape[1], combinations.shape[1])
-    if not 0 < k < len(M):
-        return None
-    if motions.shape[1] < k:
-        motions = combinations
-    elif combinations.shape[1] < k:
-        combinations = motions
-    if np.linalg.cond(combinations.conj().T @ M @ motions) > 1 / ILL_CONDITIONED:
-        return None
-    # P' M x = 0 with P = scale p where p is orthogonal to scale M x; so for Q and y' M Q = 0
-    P = scale * np.linalg.qr(scale * (M @ motions), "complete")[0][:, k:]
-    Q = scale * np.linalg.qr(scale * (M.T @ combinations), "complete")[0][:, k:]
-    return P, Q
+    k = motions.shape[1]
+    if 0 < k < len(M):
+        for y in (motions, scale**2 * (M @ motions)):
+            if np.linalg.cond(y.conj().T @ M @ motions) <= 1 / ILL_CONDITIONED:
+                # P' M x = 0 with P = scale p, p orthogonal to scale M x; so for Q and y' M Q = 0
+                P = scale * np.linalg.qr(scale * (M @ motions), "complete")[0][:, k:]
+                Q = scale * np.linalg.qr(scale * (M.conj().T @ y), "complete")[0][:, k:]
+                return P, Q
+    return np.eye(len(M)), np.eye(len(M))
 
 
 def _normalising(M: Array) -> tuple[Array, Array]:

@@ -336,3 +336,32 @@ def test_a_real_root_leaves_zero_beside_free_motions(bodies, damping, falls, is_
         events = [event for cluster in result.clusters for event in cluster]
         assert [event.direction for event in events] == [-1 if falls else 1]
         assert events[0].value == pytest.approx(threshold, rel=1e-9)
+
+
+@pytest.mark.parametrize("is_symmetric", [True, False])
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+@pytest.mark.parametrize("others", [0, 1, 2])
+def test_real_roots_leave_zero_beside_motions_and_combinations_that_are_free(
+    others, damping, is_symmetric
+):
+    """Two pairs of masses: k (r'' + 2 c r' + (2 - p / k) r) = 0 of each difference r. The
+    parameter changes one row of one pair, and one column of the other. Free are a motion of the
+    first, a combination of rows of the second, and both, or a chain of four zeros, of others."""
+    pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    one_row = np.array([[-1.0, 1.0], [0.0, 0.0]])
+    chain = np.array([[0.0, 0.0], [1.0, 0.0]])
+    beside = [pair, chain][:others]
+    nothing = [0.0 * block for block in beside]
+    K0 = block_diag(pair, 1.5 * pair, *beside)
+    K1 = 1.1 * block_diag(one_row, one_row.T, *nothing)
+    C = damping * block_diag(pair, pair, *nothing)
+    n = len(K0)
+    right = np.tril(np.ones((n, n)))
+    right[0, -1] = 2.0
+    left = right.T if is_symmetric else np.triu(np.ones((n, n))) + np.eye(n)
+    system = squeal.System(
+        left @ right, left @ C @ right, {"1": left @ K0 @ right, "mu": left @ K1 @ right}
+    )
+    events = [event for cluster in search(system, 0.1, 3.9).clusters for event in cluster]
+    assert [event.direction for event in events] == [1, 1]
+    assert [event.value for event in events] == pytest.approx([2 / 1.1, 3 / 1.1], rel=1e-9)
