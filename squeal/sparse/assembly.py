@@ -47,9 +47,9 @@ class Assembly:
     """Components joined by contact: the `system` of all rows, component after component.
 
     It holds for small motions about the seat: `seats` are the contacts under the load, and
-    `displacements` (n,) what the load moves all rows by. `components` are as they were joined,
-    reduced or not, and can be joined again; `joined_at` does so at other values of some parameters.
-    `contacts` are the contacts between them, each with its points.
+    `displacements` (n,) what the load moves all rows by, in m. `components` are as they were
+    joined, reduced or not; `contacts` are those between them, each with its points. `joined_at`
+    joins the components again, seated at other values of some parameters.
 
     Examples
     --------
@@ -101,10 +101,11 @@ class Assembly:
         Returns
         -------
         tuple of Eigenvalue
-            The same roots. `error` is that of the reduction, at least rounding; `rounding` is
-            raised to the error of the growth rate; `sign_is_open` is False for a root that is known
-            to stay on the axis. Above the cutoff `error` is None, `rounding` infinite and
-            `sign_is_open` False.
+            The same roots, with three changes. `error` (rad/s) is how far the reduction, or
+            rounding if that is more, may have moved the root. `rounding` is at least the error of
+            the growth rate by the reduction. `sign_is_open` says that |Re lambda| is at most the
+            error, unless the root is known to stay on the axis. Above the cutoff nothing is known:
+            `error` is None, `rounding` infinite, and `sign_is_open` False.
 
         Examples
         --------
@@ -133,7 +134,7 @@ class Assembly:
     def _root_errors(
         self, system: System, roots: Sequence[Eigenvalue]
     ) -> dict[complex, _RootError]:
-        """The errors of the roots below the cutoff, and of their conjugates, by the roots."""
+        """The errors of the roots below the cutoff and of their conjugates, by the root."""
         top = math.tau * self.cutoff  # rad/s
         upper = [root for root in roots if root.value.imag >= 0.0 and abs(root.value) < top]
         if not upper:
@@ -157,14 +158,14 @@ class Assembly:
     def truncation_term(
         self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, parameters: Parameters
     ) -> TruncationTerm:
-        """What the truncated motions of the reduced components take from y_i^H P x_j.
+        """What the truncated motions of the reduced components take from y_i^H P x_j: S^H P^-1 R.
 
-        They are eliminated from P (a Schur complement), which takes S^H P^-1 R from it: R = P x and
-        S = P^H y are the residuals of the modes inside the components. `value` is S^H K^-1 R, the
-        first term of the Neumann series of P^-1 about K, that of the component's own parameters.
-        Truncated motions lie above the cutoff, so that each further term is at most q =
-        `(|z| / cutoff)^2` times the one before, and all of them together are at most q / (1 - q)
-        times the product of the energy norms of R and S.
+        Truncated motions are eliminated from P (a Schur complement); R = P x and S = P^H y are the
+        residuals of the modes inside the components. `value` is S^H K^-1 R, the first term of the
+        Neumann series of P^-1 about K, that of the component's own parameters. Truncated motions
+        lie above the cutoff, so that each further term is at most q = `(|z| / cutoff)^2` times the
+        one before: all further terms together, the `uncertainty`, are at most q / (1 - q) times the
+        product of the energy norms of R and S.
 
         Parameters
         ----------
@@ -204,8 +205,8 @@ class Assembly:
                 left_energies = left_energies + inside.left_energies
         contraction = (np.abs(z) / (math.tau * self.cutoff)) ** 2  # q
         series = contraction / (1.0 - contraction)
-        # the product of both norms (Cauchy-Schwarz), each with the root of its series; an energy
-        # that is zero may be computed below zero
+        # an entry is a product of two norms (Cauchy-Schwarz), each with the square root of the
+        # series of its root; an energy that is zero may be computed below zero
         right_norms = np.sqrt(np.abs(right_energies) * series)
         left_norms = np.sqrt(np.abs(left_energies) * series)
         return TruncationTerm(value, np.outer(left_norms, right_norms))
@@ -228,8 +229,8 @@ def assemble(
     contacts : sequence of Contact
         Between them.
     parameters : mapping of str to float
-        Named numbers; `mu` is 0, `contact` and `tangential` are 1 if left out. The seat is that at
-        these values, and stays while an answer varies them.
+        Named numbers; `mu` is 0, `contact` and `tangential` are 1 if left out. Contact is seated at
+        these values, and not again when an analysis of the system varies a parameter.
     parameter, name : str
         The free parameter; what the system is called.
     cutoff : float, optional
@@ -244,10 +245,11 @@ def assemble(
     Raises
     ------
     InputError
-        For what does not fit together, friction without a direction of sliding, if no component is
-        loaded although pairs may open, or if all pairs open.
+        For two components of one name, without a contact, for a contact that does not fit its
+        components or has friction without a direction of sliding, for a `parameter` that is none,
+        if no component is loaded although pairs may open, and if all pairs open.
     ComputationError
-        If the contact is not settled.
+        If the search for the closed pairs does not end.
 
     Examples
     --------
@@ -308,8 +310,8 @@ def assemble(
         system = system.assuming(words)
 
     def joined_at(changes: Parameters) -> Assembly:
-        values = {**system.parameters, **changes}
-        return assemble(bodies, located, values, parameter, name)  # reduced already: no cutoff
+        # the bodies are reduced already: no cutoff
+        return assemble(bodies, located, {**system.parameters, **changes}, parameter, name)
 
     return Assembly(
         system=system,
@@ -333,14 +335,15 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
 
 
 def _merged_parameters(bodies: Sequence[Component], overrides: Parameters) -> dict[str, float]:
-    """The defaults, the parameters of the components, and `overrides`: of a name the last counts.
+    """The parameters of an assembly: `overrides` before those of the components, and these before
+    the defaults.
 
-    Of a name that several components have, the value counts of the first one whose matrices depend
-    on it, and of the last one if none does. Raises InputError where matrices of two components
-    depend on it and their values differ, unless an override settles it.
+    If several components have a parameter, the first component whose matrices depend on it gives
+    its value, and the last component if no matrices depend on it. Raises InputError if matrices of
+    two components depend on a parameter and its values differ, unless it is overridden.
     """
     parameters = dict(ASSEMBLY_DEFAULTS)
-    used: set[str] = set()  # parameters that matrices depend on
+    used: set[str] = set()  # parameters that matrices of the components so far depend on
     for body in bodies:
         names = body.system.names
         for key, value in body.system.parameters.items():
@@ -367,9 +370,8 @@ def _merged_assumptions(bodies: Sequence[Component]) -> tuple[str, ...]:
 
 
 def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
-    """Block-diagonal terms of M, C or K (part 0, 1 or 2) of all components, one for each formula.
-
-    Components that have terms with the same formula share one term of the assembly.
+    """Block-diagonal terms of M, C or K (part 0, 1 or 2) of all components: one for each formula,
+    whose terms of all components it holds.
     """
     from scipy.sparse import csc_array
 
@@ -425,21 +427,22 @@ def _contact_springs(pairs: PairDirections, static: StaticContact, is_large: boo
 def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
     """Terms of C by friction of the static normal forces N.
 
-    A small velocity across the sliding turns the direction of friction, which damps by mu N / speed
-    there; one along it changes the coefficient, which damps by (d mu / d speed) N. The forces N
-    hold the factor of the normal stiffness already, and are zero where a pair is open.
+    A small velocity across the sliding turns the direction of friction, which damps by mu N / v at
+    the sliding speed v; one along it changes the coefficient, which damps by (d mu / dv) N. The
+    forces N hold the factor of the normal stiffness already, and are zero where a pair is open.
     """
     contact = pairs.contact
     dampers: list[Term] = []
     if contact.speed:  # empty where the contact names no speed
         _, across = pairs.across  # the first direction is along sliding, the second beside it
-        # radius: metres from the axis where `speed` is in rad/s, 1 where it is in m/s
+        # v = speed radius: the radius is 1 if `speed` is in m/s, and if it is in rad/s the metres
+        # from the axis
         friction = f"({contact.friction}) / ({contact.speed})"
         forces = static.forces / pairs.radius
         dampers += _coupling(across, forces, across, friction, is_large)
     if contact.slope != "0":  # the default, of friction that does not depend on speed
         sliding = pairs.sliding
-        # the slope is per m/s of sliding, about an axis too: no radius here
+        # the slope is by v in m/s, about an axis too: no radius here
         dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large)
     return dampers
 
@@ -449,8 +452,8 @@ def _coupling(
 ) -> list[Term]:
     """The term force^T diag(weights) displacement times a factor; none if the product is empty.
 
-    Each of the m pairs measures a relative displacement of the rows, a row of `displacement`
-    (m, n), and answers with weight (m,) times it along its row of `force` (m, n).
+    At each of the m pairs a row of `displacement` (m, n) times the displacements of all rows gives
+    a relative displacement; its weight (m,) times that is a force along its row of `force` (m, n).
     """
     if not force.nnz or not weights.any():
         return []

@@ -129,7 +129,7 @@ class Component:
         """
         requested = np.asarray(nodes).astype(str)
         labels, label_of_row = np.unique(self.nodes, return_inverse=True)
-        # of an unknown label the position is that of another one
+        # the position of an unknown label is that of some other label
         position = np.minimum(np.searchsorted(labels, requested), len(labels) - 1)
         is_unknown = (labels[position] != requested) | (requested == "")
         if np.any(is_unknown):
@@ -138,7 +138,7 @@ class Component:
         moving = np.flatnonzero((self.directions >= 0) & (self.nodes != ""))
         where = (label_of_row[moving], self.directions[moving])
         rows[where] = moving
-        # several rows of one node and direction: the last one has replaced the others
+        # of several rows with one node and direction the last one has replaced the others
         replaced = moving[rows[where] != moving]
         if len(replaced):
             raise InputError(
@@ -172,9 +172,10 @@ class Component:
     ) -> Component:
         """The component seen from a frame that turns with it at constant speed.
 
-        Coriolis forces 2 speed G enter C and centrifugal forces -speed^2 Z enter K, of each term of
-        M: G = (M J + J M) / 2 and Z = -(M J^2 + J^2 M) / 2, in which J x = axis x x at each node.
-        The centrifugal load itself, and the stiffness of its stress, are the program's.
+        Coriolis forces 2 speed G enter C and centrifugal forces -speed^2 Z enter K, for each term
+        of M: G = (M J + J M) / 2 and Z = -(M J^2 + J^2 M) / 2, in which J is the cross product with
+        the unit axis at each node. The static centrifugal load, and the stiffness that its stress
+        adds, have to come from the finite-element program.
 
         Parameters
         ----------
@@ -266,11 +267,12 @@ class Component:
         return cross
 
     def reduced(self, nodes: ArrayLike, cutoff: float) -> Component:
-        """Craig-Bampton reduction: all rows of some nodes, and modes up to a frequency.
+        """The component after Craig-Bampton reduction: all rows of some nodes, and modes up to a
+        frequency.
 
-        Modes above it count by their static answer to the inertia of the constraint modes, for
-        motions of the boundary to whose energy the answer adds more than `SHARE` at half the
-        cutoff.
+        Modes above the cutoff are represented by their static answer to the inertia of the
+        constraint modes, for those motions of the boundary to whose energy this answer adds more
+        than `SHARE` at half the cutoff.
 
         Parameters
         ----------
@@ -284,7 +286,7 @@ class Component:
         -------
         Component
             Dense, the rows of the nodes first. Every term is projected and keeps its factor; the
-            basis is that of the component's own parameters. The component itself if all of its
+            basis is made at the component's own parameters. The unreduced component if all of its
             rows belong to the nodes.
 
         Raises
@@ -337,9 +339,9 @@ class Component:
 
         Its columns: the constraint modes (static, by a unit displacement of each boundary row), the
         normal modes up to the cutoff in Hz with the boundary held, and the static answer of the
-        modes above it to the inertia of the constraint modes. boundary, interior: indices of the
-        rows that stay, and of the others. Raises InputError if the boundary does not hold the
-        component.
+        modes above the cutoff to the inertia of the constraint modes. boundary, interior: indices
+        of the rows of the nodes that stay, and of all other rows. Raises InputError if the
+        component can move freely with the boundary held.
         """
         from scipy.linalg import eigh
         from scipy.sparse import csc_array
@@ -351,23 +353,24 @@ class Component:
         inner_K = csc_array(K[interior][:, interior])
         inner_M = csc_array(M[interior][:, interior])
         rounding = 4 * EPS * len(interior) * norm_of(inner_K)
-        is_held = False  # until each motion inside has a stiffness that is more than rounding
-        with suppress(ZeroDivisionError):  # K is singular
+        is_held = False
+        with suppress(ZeroDivisionError):  # K is singular: it is not held
             factor = factorise(inner_K)
             squares, modes = _real_modes(inner_K, inner_M, factor, cutoff)
+            # stiffnesses of the modes, omega^2 |M|, beside rounding of K
             is_held = bool(np.all(squares * norm_of(inner_M) > rounding))
         if not is_held:
             raise InputError(f"{self.name}: the nodes in contact do not hold it; it needs supports")
         constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
-        # the static answer of all modes inside to the inertia of the constraint modes
+        # the static answer K^-1 M constraint of all modes inside, less the part of those that the
+        # basis has
         static = factor.solve((M @ constraint)[interior])
-        # less the share of the modes below the cutoff
         static -= modes @ (modes.T @ (inner_M @ static))
-        # the answer stays for motions v of the boundary to whose energy it adds a share above SHARE
-        # at half of the cutoff: at omega it adds omega^2 static v inside, whose energy carries
-        # omega^4. The stationary values of the ratio of this energy to that of the constraint modes
-        # (a Rayleigh quotient) are the eigenvalues of a pencil of both
+        # the answer is kept for motions v of the boundary to whose energy it adds a share above
+        # SHARE at half of the cutoff. A boundary motion v at omega has the inside follow by
+        # omega^2 static v, of the energy omega^4 v^T static^T K static v; that over the energy of
+        # constraint v is a Rayleigh quotient: its stationary values are eigenvalues of a pencil
         omega = np.pi * cutoff  # rad/s, of cutoff / 2
         energy_of_constraint = constraint.T @ (K @ constraint)
         energy_of_constraint += omega**2 * (constraint.T @ (M @ constraint))
@@ -381,19 +384,19 @@ class Component:
     def interior_truncation(
         self, z: ComplexArray, right: ComplexArray, left: ComplexArray, parameters: Parameters
     ) -> InteriorTruncation:
-        """The static answer of the truncated motions to the residuals of modes inside.
+        """S^H K^-1 R and the energies R^H K^-1 R and S^H K^-1 S of the residuals R and S that modes
+        leave on the interior rows, where the truncated motions are.
 
-        `residual_flexibility` holds W^H K^-1 W of the forces W that each term exerts inside. The
-        residuals are sums of such forces: R = W r and S = W s, with the factors and powers of z in
-        P.
+        `residual_flexibility` holds W^H K^-1 W of the forces W that each term exerts inside by each
+        column of the basis. The residuals are sums of these forces, R = W r and S = W s: r has the
+        modes x times the weights (factor and power of z) of each term in P, s likewise y.
 
         Parameters
         ----------
         z : ndarray (m,)
             Roots, rad/s.
         right, left : ndarray (n, m)
-            Their modes x and y on the rows of the reduced component. They leave the residuals
-            R = P x and S = P^H y on the interior rows.
+            Their modes x and y on the rows of the reduced component; R = P x and S = P^H y.
         parameters : mapping of str to float
             All of them.
 
@@ -414,7 +417,7 @@ class Component:
         r = (weights * right).reshape(-1, len(z))  # (terms n, m)
         s = (weights.conj() * left).reshape(-1, len(z))
         if len(self.residual_flexibility) > len(r):
-            # W = [forces of the terms, forces of the transposed ones]: R are sums of the first
+            # W = [forces of the terms, forces of the transposed terms]: R is a sum of the first
             # half, S of the second one
             r = np.vstack([r, np.zeros_like(r)])
             s = np.vstack([np.zeros_like(s), s])
@@ -477,10 +480,9 @@ def _is_hermitian(A: Matrix) -> bool:
 def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tuple[Array, Array]:
     """Squared frequencies (k,) in (rad/s)^2 and modes (n, k) with unit mass up to a cutoff in Hz.
 
-    By shift-and-invert Lanczos with the factor of K, for 24 modes, then for twice as many each
-    time, until one lies above the cutoff; by a dense solver if the modes are a quarter of the rows
-    or more.
-    Raises ZeroDivisionError where the dense solver finds K not positive definite.
+    By shift-and-invert Lanczos with the factor of K, for 24 modes and then for twice as many each
+    time, until one lies above the cutoff; by a dense solver once that would be a quarter of the
+    rows or more. Raises ZeroDivisionError if the dense solver finds K not positive definite.
     """
     from scipy.linalg import eigh
     from scipy.sparse.linalg import LinearOperator, eigsh

@@ -331,23 +331,23 @@ class _Feet(NamedTuple):
 
 
 def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -> _Feet:
-    """The nearest face of a surface along the normal of each point, in either sense.
+    """Where each point meets the nearest face of a surface along its normal, in either sense.
 
     `kinds` are the faces of the surface by their numbers of nodes. Faces farther away than
-    `farthest` (m) do not count. A tree of all points gives the points close to each face, which
-    takes the place of a face that a point met before and that is farther away.
+    `farthest` (m) do not count. A tree of all points finds those close to each face; if a point
+    meets several faces, the nearest one replaces the others.
     """
     from scipy.spatial import KDTree
 
     labels_of_faces = np.concatenate([faces.labels for faces in kinds])
     distances = np.full(len(points.places), np.inf)
-    face_of_point = np.zeros(len(distances), dtype=int)  # 0 also where none is met
+    face_of_point = np.zeros(len(distances), dtype=int)  # 0, with the weights 0, if none is met
     weights = np.zeros((len(distances), labels_of_faces.shape[1]))
     tree = KDTree(points.places)
     faces_before = 0  # faces of the kinds so far
     for faces in kinds:
         centres = faces.places.mean(axis=1)
-        # of balls that hold the nodes of each face and what lies within `farthest` of them
+        # radii of balls that hold all nodes of a face and what lies within `farthest` of them
         radii = np.linalg.norm(faces.places - centres[:, None], axis=2).max(axis=1) + farthest
         for face, close_points in enumerate(tree.query_ball_point(centres, radii)):
             candidates = np.array(close_points, dtype=int)
@@ -371,8 +371,8 @@ def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, A
     """Where lines from places (m, 3) along normals (m, 3) meet a face of nodes (k, 3).
 
     Returns reference coordinates (r, s) (m, 2), which may lie beyond the face, and heights (m,)
-    along the normals. By Newton's method on face(r, s) - height normal - place = 0; NaN where that
-    does not settle in `NEWTON_STEPS` steps: also where a line meets the face beyond
+    along the normals. By Newton's method on face(r, s) - height normal - place = 0; NaN where the
+    method does not settle in `NEWTON_STEPS` steps, a line meets the face beyond
     `FARTHEST_COORDINATE`, or runs parallel to it at some step.
     """
     shape = SHAPES[len(nodes)]

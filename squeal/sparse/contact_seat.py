@@ -20,7 +20,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.matrices import EPS, Matrix, divisor, is_sparse
 from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula, Parameters
-from squeal.schema import ANY, POSITIVE, Kind, Number, Place, refuse_unit
+from squeal.schema import ANY, POSITIVE, Number, Place, refuse_unit
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, Labels
 from squeal.sparse.factor import factorise
@@ -158,8 +158,10 @@ class Contact:
             )
 
     def located(self, bodies: Mapping[str, Component]) -> Contact:
-        """The contact with its pairs as ContactPoints, searched by distance if need be. Raises
-        InputError for unknown components, without a pair, and for arrays of another length.
+        """The contact with its pairs as ContactPoints, searched if `pairs` is a distance.
+
+        Raises InputError for unknown components, without a pair, and for arrays of another length.
+        Callers put the name of the contact before the message.
 
         Examples
         --------
@@ -187,13 +189,12 @@ class Contact:
         return replace(self, pairs=ContactPoints.at_nodes(pairs.astype(str)))
 
     def _require_arrays_of(self, count: int) -> None:
-        """Refuse numbers out of their range, and arrays of another length than `count` pairs.
+        """Raises InputError unless numbers are in their range and arrays fit `count` pairs.
 
         Stiffness, area and the like are one number or one for each pair, directions one vector (3,)
-        or one for each pair. Raises InputError.
+        or one for each pair.
         """
-        numbers: dict[str, Kind] = dict.fromkeys(("stiffness", "tangential", "gap"), ANY)
-        numbers["area"] = POSITIVE
+        numbers = ("stiffness", "tangential", "gap", "area")
         for name in (*numbers, "normal", "sliding", "axis", "through"):
             entries = getattr(self, name)
             if entries is None:
@@ -206,13 +207,14 @@ class Contact:
                     f"{name}: an array {values.shape} is not allowed; it must be {needed}, or one "
                     f"for each of {count} pairs"
                 )
+            kind = POSITIVE if name == "area" else ANY
             for value in values.ravel().tolist():
-                numbers.get(name, ANY).read(value, Place(name))
+                kind.read(value, Place(name))
 
 
 def _nearest_pairs(first: Component, second: Component, distance: float) -> NDArray[np.str_]:
-    """Labels (m, 2): each node of the second component, behind the nearest node of the first, if
-    that lies within a distance (m)."""
+    """Labels (m, 2) of a node of the first and of one of the second component: each node of the
+    second with the nearest node of the first, if both lie within a distance (m)."""
     from scipy.spatial import KDTree
 
     nodes = np.unique(first.nodes[first.directions >= 0])
@@ -225,8 +227,8 @@ def _nearest_pairs(first: Component, second: Component, distance: float) -> NDAr
 class PairDirections(NamedTuple):
     """The m pairs of a contact in the n rows of the assembly.
 
-    The matrices (m, n) give the displacement of the second side less that of the first along a
-    direction, from the displacements of all rows.
+    A matrix (m, n) times the displacements of all rows gives the displacement of the second side
+    less that of the first along a direction, pair by pair.
     """
 
     contact: Contact
@@ -234,7 +236,9 @@ class PairDirections(NamedTuple):
     normal: csr_array
     sliding: csr_array  # without any entry where the contact does not slide
     across: tuple[csr_array, csr_array]  # both directions across the normal, sliding first
-    radius: Array  # (m,): the sliding speed over the contact's `speed`, 1 or the distance from axis
+    # (m,), sliding speed (m/s) over the contact's `speed`: about an axis the distance (m) from it,
+    # otherwise 1
+    radius: Array
 
 
 def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDirections:
@@ -256,6 +260,8 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
     normals = _unit_vectors("normal", contact.normal, points)
     normal = relative_displacement(normals)
     _require_at_pairs(np.diff(normal.indptr) > 0, "pairs: no row moves along the normal", points)
+    # motion: along which a pair slides, in m of any size, or if it does not slide some direction
+    # across the normal
     radius = np.ones(len(points))
     slides = True
     if contact.sliding is not None:
@@ -272,16 +278,15 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
         # any direction serves: the axis x, y or z that is farthest from the normal
         motion = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
     tangents = _tangents(motion, normals, points)
-    tangent = relative_displacement(tangents)
-    sliding = tangent
-    if not slides:
-        sliding = relative_displacement(np.zeros_like(tangents))  # of the same shape, no entries
     return PairDirections(
         contact=contact,
         area=_areas(contact, len(points)),
         normal=normal,
-        sliding=sliding,
-        across=(tangent, relative_displacement(np.cross(normals, tangents))),
+        sliding=relative_displacement(slides * tangents),  # zeros make no entries
+        across=(
+            relative_displacement(tangents),
+            relative_displacement(np.cross(normals, tangents)),
+        ),
         radius=radius,
     )
 
@@ -444,11 +449,11 @@ def _pair_laws(directions: PairDirections, parameters: Parameters) -> _PairLaws:
 def seat_contacts(
     structure: System, pair_sets: Sequence[PairDirections], bodies: Sequence[Component]
 ) -> tuple[list[StaticContact], Array]:
-    """Each contact under the load of the components, and the displacements (n,) of all rows.
+    """Each contact under the load of the components, and the displacements (n,) of all rows in m.
 
     `structure` are the components side by side without contact, `pair_sets` the contacts' pairs.
-    Raises InputError without a load where pairs may open, and where all open; ComputationError
-    where the contact is not settled.
+    Raises InputError without a load if pairs may open, and if all pairs open; ComputationError
+    where the search for the closed pairs does not end.
     """
     loads = []
     for body in bodies:
@@ -484,7 +489,7 @@ class _JoinedPairs(NamedTuple):
     laws: _PairLaws
     normal: csr_array  # (m, n), relative displacements along the normals
     across: csr_array  # (2 m, n), those along both directions across them
-    push: csr_array  # (n, m), loads of a unit normal force at each pair with its friction
+    push: csr_array  # (n, m), loads on all rows by a unit normal force at a pair and its friction
 
     @staticmethod
     def of(pair_sets: Sequence[PairDirections], parameters: Parameters) -> _JoinedPairs:
@@ -519,15 +524,17 @@ class _Seat(NamedTuple):
 
 
 def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
-    """The equilibrium of the structure K (n, n) under a load (n,), by Newton's method on the laws
-    of the pairs.
+    """The equilibrium (K + T) u = load + push F(approach) of the structure K (n, n) under a load
+    (n,), by Newton's method: T are the tangential springs of the closed pairs, F their normal
+    forces, and the approach is -gap - normal u.
 
     Each step solves the structure with the tangent springs of the closed pairs, then closes the
-    pairs that are pressed and opens the others. With constant stiffness it ends where the set of
-    closed pairs does not change. Once a set returns, one pair changes at a time, the first that
-    violates its condition: of a linear problem no set then returns (Murty's principal pivoting).
-    With an exponent the problem is not linear and Murty's rule proves nothing: all pairs change at
-    a time, and it ends where, besides, no approach changes by more than 1e-11 of itself.
+    pairs that are pressed and opens the others. With constant stiffness the method ends when the
+    set of closed pairs does not change. Once a set returns, one pair changes at a time, the first
+    that is closed though it pulls or open though it is pressed: no set then returns, since the
+    problem is linear (Murty's principal pivoting). With an exponent it is not linear: all pairs
+    always change together, and the method ends when, besides, no approach changes by more than
+    1e-11 of itself.
 
     Raises InputError where all pairs open, and ComputationError if it does not end in 100 steps and
     one more for each pair.
@@ -546,8 +553,8 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         tangential = np.tile(closed * laws.tangential, 2)  # one after the other, as `across`
         A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
-        # the law of each pair is replaced by its tangent: the springs, and as preload the force of
-        # the tangent at the displacement 0, where the approach is -gap
+        # the law of each pair is replaced by its tangent: its slope are the springs in A, and its
+        # force at u = 0, where the approach is -gap, is a preload
         preload = closed * laws.factor * (unit_forces - unit_slopes * (approach + laws.gap))
         displacements = _solve(A, load + pairs.push @ preload)
         previous = approach
@@ -574,7 +581,7 @@ def _solve(A: Matrix, right: Array) -> Array:
     """A^-1 right. Raises InputError where A is singular, or so nearly that rounding decides."""
     from scipy.linalg import LinAlgWarning, solve
 
-    # to a unit diagonal, with which units do not matter
+    # B = scale_i A_ij scale_j has a unit diagonal, so that units do not matter
     scale = 1.0 / np.sqrt(divisor(np.abs(A.diagonal())))
     with suppress(ZeroDivisionError, np.linalg.LinAlgError, LinAlgWarning):
         if not is_sparse(A):
@@ -582,8 +589,8 @@ def _solve(A: Matrix, right: Array) -> Array:
                 warnings.simplefilter("error", LinAlgWarning)
                 return scale * solve(A * scale[:, None] * scale, scale * right)
         factor = factorise(A.tocsc())
-        # answers to some random forces are as long as the norm of the scaled inverse or longer; the
-        # norm of the scaled A is at least 1
+        # B is singular to rounding if its condition is 1 / EPS: |B| is at least 1, and B^-1 times
+        # some random forces is about as long as |B^-1| or longer
         forces = np.random.default_rng(0).standard_normal((8, len(right)))
         answers = factor.solve((forces / scale).T).T / scale
         if EPS * np.linalg.norm(answers) < 1.0:
