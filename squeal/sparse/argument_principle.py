@@ -74,7 +74,7 @@ class Rectangle:
         return is_between & (imag > self.low_imag) & (imag < self.high_imag)
 
     def distance(self, values: NDArray) -> NDArray[np.float64]:
-        """How far values lie beyond the nearest side, negative inside."""
+        """How far values lie beyond the sides, the largest of four excesses: negative inside."""
         real = np.real(values)
         imag = np.imag(values)
         beyond = [
@@ -130,11 +130,12 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
 def count_roots(
     problem: ScaledProblem, disc: Disc, known: ComplexArray, reusable: Factor | None = None
 ) -> int | None:
-    """The number of roots of P inside a disc by the argument principle, with multiplicity.
+    """The number of roots of P inside a disc, with multiplicity; None if 32 determinants leave it
+    open.
 
-    It is the number of known roots inside, and of turns that det P(z) / prod(z - known) makes
-    around zero while z runs around the disc: one for each root that is not known. None if 32
-    determinants do not resolve these turns.
+    By the argument principle: while z runs once around the disc det P(z) / prod(z - known) makes
+    one turn around zero for each root inside that is not known. The number of turns is added to
+    that of known roots inside.
 
     Parameters
     ----------
@@ -144,8 +145,8 @@ def count_roots(
         Where.
     known : ndarray (m,)
         Roots in and around the disc, of real matrices with their conjugates; roots outside may be
-        rough. A root that is left out is counted all the same. One that is left out near the disc
-        costs determinants, and one on the outline makes the number depend on rounding.
+        rough. A root inside that is left out is counted all the same. A root that is left out near
+        the outline costs determinants, and on the outline it makes the number depend on rounding.
     reusable : Factor, optional
         A factor that is no longer needed, whose memory may serve: it solves nothing afterwards.
 
@@ -156,30 +157,29 @@ def count_roots(
     """
     finest = 2 * NODE_COUNTS[-1]
     directions = np.exp(2j * np.pi * np.arange(finest) / finest)
-    # det P of real matrices on a circle around a real centre: the lower half follows from the
-    # upper. Lightly damped roots lie right beside nodes on the imaginary axis; of 3,000 random sets
-    # of them eight such nodes took 107 without one pair for complete, 16 nodes in between none
+    # of real matrices det P(conj z) is the conjugate of det P(z): around a real centre the upper
+    # half of the nodes serves both halves. The first node then lies half a step above the real
+    # axis, so that none lies on the imaginary axis beside lightly damped roots, and 16 are the
+    # fewest: of 3,000 random sets without one pair of such roots eight nodes, two of them on the
+    # axis, took 107 for complete, 16 nodes beside it none
     is_mirrored = problem.is_real and disc.centre.imag == 0.0
     node_counts = NODE_COUNTS[1:] if is_mirrored else NODE_COUNTS
-    precisions = ["double"]
-    if problem.n <= SINGLE_ROWS:
-        # single precision first: what its rounding spoils gives no whole number of turns
-        precisions.insert(0, "single")
     factor = reusable  # each factor lends its memory to the next one
-    for precision in precisions:
-        # of det P(z) / prod(z - known) at all nodes z; NaN: not computed yet
+    for single in (True, False):
+        # single precision first: what its rounding spoils gives no whole number of turns
+        if single and problem.n > SINGLE_ROWS:
+            continue
+        # log (det P(z) / prod(z - known)) at the finest nodes z; NaN: not computed yet
         logarithms = np.full(finest, np.nan, dtype=complex)
         for count in node_counts:
             step = finest // count
             indices = np.arange(step // 2 if is_mirrored else 0, finest, step)
             computed = indices[: count // 2] if is_mirrored else indices
-            for k in computed:
-                if not np.isnan(logarithms[k]):  # computed for fewer nodes already
-                    continue
+            for k in computed[np.isnan(logarithms[computed])]:  # others served fewer nodes already
                 report_progress(f"counting the roots: determinant of {len(computed)}")
                 # z is the node, or a value next to it where P is singular at the node
                 node = complex(disc.centre + disc.radius * directions[k])
-                z, factor = factorise_at(problem, node, precision == "single", factor)
+                z, factor = factorise_at(problem, node, single, factor)
                 logarithms[k] = factor.logarithm() - np.sum(np.log(z - known))
             if is_mirrored:
                 logarithms[finest - computed] = logarithms[computed].conj()

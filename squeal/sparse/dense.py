@@ -157,8 +157,8 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
     if C_or_none is None:
         squares, is_unknown = _finite_values(stiffness, mass, infinite)
         zeros = _count_zeros(mass, None, stiffness, noise)
-        zero_squares = zeros // 2  # a square has two roots +-lambda
-        squares[np.argsort(np.abs(squares))[:zero_squares]] = 0.0
+        # a square has two roots +-lambda
+        squares[np.argsort(np.abs(squares))[: zeros // 2]] = 0.0
         # 0 - s has the imaginary part +0 of a real s. That of -s is -0, below the cut of the square
         # root along the negative real axis, and leads to the lower root of a pair
         not_decaying = np.sqrt(0.0 - squares)
@@ -307,13 +307,12 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     check_regular(*matrices)
     values, is_unknown = pencil_values(*matrices)
     if problem.is_real:
-        upper = roots_at(*matrices, values[values.imag >= 0.0]).with_conjugates()
-        roots = eigenvalues_of(problem, upper)
+        roots = roots_at(*matrices, values[values.imag >= 0.0]).with_conjugates()
     else:
-        roots = eigenvalues_of(problem, roots_at(*matrices, values))
+        roots = roots_at(*matrices, values)
     unknown = values[is_unknown]
     listed = []
-    for root in roots:
+    for root in eigenvalues_of(problem, roots):
         if root.value in unknown:
             root = replace(root, residual=1.0, rounding=math.inf)
         listed.append(root)

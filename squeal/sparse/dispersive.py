@@ -23,7 +23,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import applied
+from squeal.linear.matrices import applied, inertia
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import System
 from squeal.numerics.differentiation import Parameters
@@ -60,8 +60,7 @@ class RepeatedRoot:
 
     value: complex  # rad/s
     multiplicity: int = 1
-    # whether the frozen frequencies from which it was reached lie above its own: {True, False} once
-    # it was reached from both sides
+    # True: it was reached from a frozen frequency above its own; False: from one below or equal
     from_above: set[bool] = field(default_factory=set)
 
 
@@ -73,7 +72,8 @@ class ModesAtOwnFrequencies(NamedTuple):
 
 
 def frequencies(system: System, region: Rectangle) -> Array:
-    """The frequencies (rad/s) of a region's band, evenly spaced, at which matrices are frozen.
+    """The frequencies (rad/s) at which matrices are frozen: evenly spaced over a region's band, its
+    ends among them.
 
     The region reaches above the real axis. Raises InputError unless the tables of moduli cover its
     band.
@@ -83,7 +83,7 @@ def frequencies(system: System, region: Rectangle) -> Array:
     least, most = system.covered
     low_hz = low / (2 * np.pi)
     high_hz = high / (2 * np.pi)
-    # ends that are those of the tables but for rounding of the unit are covered
+    # an end that differs from that of the tables by rounding of the unit alone is covered
     if low_hz < least * (1 - 1e-9) or high_hz > most * (1 + 1e-9):
         raise InputError(
             f"{', '.join(_tables(system))}: {least:g} to {most:g} Hz are covered; "
@@ -104,8 +104,8 @@ def _tables(system: System) -> list[str]:
 class DispersiveReduction(Reduction):
     """A reduction of matrices that depend on the frequency of each root.
 
-    Where `changes` name a frequency the matrices are frozen there, for all roots; otherwise each
-    root is one of the matrices at its own frequency.
+    If `changes` name a frequency the matrices are frozen at that frequency, for all roots;
+    otherwise each root is one of the matrices at its own frequency.
     """
 
     def frozen(self, omega: float, region: Rectangle) -> DispersiveReduction:
@@ -140,11 +140,12 @@ class DispersiveReduction(Reduction):
 def roots_at_own_frequencies(
     reduction: DispersiveReduction, changes: Parameters
 ) -> list[RepeatedRoot]:
-    """The roots of a reduced system in its region, each at its own frequency.
+    """The roots of a reduced system in its region, each at its own frequency, by Newton's method.
 
-    Newton's method starts from the roots at each frozen frequency that lie near that frequency.
-    Where two starts from one frozen frequency reach one root, matrices are frozen at the root's own
-    frequency too: there two roots separate, or as many starts as its multiplicity reach it.
+    At each frozen frequency the method starts from those roots of the frozen matrices that lie near
+    that frequency. If several starts end at one root, its own frequency is added to the frozen
+    ones. The matrices there are those of the root itself: of a multiple root as many starts end at
+    it as its multiplicity, of close roots each ends at its own.
     """
     system = reduction.system
     grid = frequencies(system, reduction.region)
@@ -162,7 +163,7 @@ def roots_at_own_frequencies(
             if end is not None:
                 ends.append(end)
         for z in ends:
-            coincident = sum(_is_same(z, other) for other in ends)  # z itself among them
+            coincident = sum(_is_same(z, other) for other in ends)  # starts that end at z
             root = next((known for known in reached if _is_same(z, known.value)), None)
             if root is None:
                 root = RepeatedRoot(z)
@@ -196,15 +197,15 @@ def vectors_of(
 def _newton(
     reduction: DispersiveReduction, changes: Parameters, start: complex, frozen: float, grid: Array
 ) -> complex | None:
-    """The root at its own frequency next to one of the system frozen at some omega.
+    """The root at its own frequency next to `start`, a root of the system frozen at `frozen`.
 
-    None if Newton's method does not converge, also at a root where P' vanishes, or if it converges
-    to a root whose frequency lies beyond the ends of the `grid`.
+    None if Newton's method does not converge, if y^H P' x vanishes, or if the method converges to a
+    root whose frequency lies beyond the ends of the `grid` (frequencies in rad/s).
 
     With right and left vectors x, y of P(z, omega) the unknowns of a step are dz and domega of
-    y^H (P + P' dz + dP/domega domega) x = 0 and Im(z + dz) = omega + domega. The first equation is
-    dz = step + root_by_omega domega, which in the second one gives domega. omega stays within the
-    ends of the `grid`, frequencies in rad/s.
+    y^H (P + P' dz + dP/domega domega) x = 0 and Im(z + dz) = omega + domega; P' is dP/dz. The first
+    equation is dz = step + root_by_omega domega, which in the second one gives domega. omega stays
+    within the ends of the `grid`.
     """
     system = reduction.system
     z = start
@@ -214,11 +215,9 @@ def _newton(
         root = reduction.roots(at_omega, np.array([z]))  # vectors of P(z), no new root
         x = root.right[:, 0]
         y = root.left[:, 0].conj()
-        M, C, K = system.at(at_omega)
-        mass = y @ (M @ x)
-        damping = 0.0 if C is None else y @ (C @ x)
-        residual = z * z * mass + y @ (K @ x) + z * damping
-        by_root = y @ (2 * z * (M @ x)) + damping
+        matrices = system.at(at_omega)
+        residual = y @ applied(matrices, z, x)
+        by_root = y @ inertia(matrices, z, x)
         by_omega = 0j
         # parameters that hold the frequency are proportional to omega, so that their values at
         # 1 rad/s are their derivatives by omega
@@ -229,8 +228,8 @@ def _newton(
         step = -residual / by_root
         root_by_omega = -by_omega / by_root
         excess = (z + step).imag - omega
-        excess_by_omega = root_by_omega.imag - 1
-        omega_step = excess / (-excess_by_omega or 1.0)
+        # the slope of the excess by omega is Im root_by_omega - 1; any step serves where it is zero
+        omega_step = excess / (1 - root_by_omega.imag or 1.0)
         step += root_by_omega * omega_step
         z = z + step
         omega = float(np.clip(omega + omega_step, grid[0], grid[-1]))
@@ -245,9 +244,10 @@ def modes_at_own_frequencies(
 ) -> ModesAtOwnFrequencies:
     """The roots of the full system in the region of a reduced one, each at its own frequency.
 
-    By residual inverse iteration (Neumaier 1985): P^-1 of one frozen frequency, applied to the
-    residuals in the full system, enlarges the basis of `reduction`, until the roots solve the full
-    system to rounding.
+    By residual inverse iteration (Neumaier 1985): roots of the reduced system leave residuals in
+    the full one; P^-1 of one frozen frequency times these residuals enlarges the basis of
+    `reduction`, which changes it, until the roots solve the full system to rounding or no longer
+    improve.
     """
     scaled = reduction.scaled
     system = scaled.system
@@ -261,6 +261,7 @@ def modes_at_own_frequencies(
     worst_before = np.inf
     for _ in range(MOST_CORRECTIONS):
         full = vectors_of(reduction, changes, repeated).expanded(reduction.vectors)
+        # each root has a problem of its own: the matrices at its frequency
         single_roots = [full.select(np.array([k])) for k in range(len(full.values))]
         problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in full.values]
         residuals = Residuals(np.zeros_like(full.right), np.zeros_like(full.right))
@@ -271,15 +272,15 @@ def modes_at_own_frequencies(
         errors = np.linalg.norm(residuals.right, axis=0)
         errors = np.maximum(errors, np.linalg.norm(residuals.left, axis=0))
         worst = float(np.max(errors, initial=0.0))
-        no_longer_improves = worst > worst_before / 2
-        if worst <= EXACT_RESIDUAL or (no_longer_improves and worst <= ACCEPTED_RESIDUAL):
+        is_halved = worst <= worst_before / 2
+        if worst <= EXACT_RESIDUAL or (not is_halved and worst <= ACCEPTED_RESIDUAL):
             break
         worst_before = worst
         is_unsolved = errors > EXACT_RESIDUAL
         reduction.extend(residuals.corrections(factor, is_unsolved, is_unsolved))
         for root in repeated:
             start = root.value
-            # from its own frequency, in the enlarged basis; where that fails it stays as it was
+            # Newton's method in the enlarged basis; where it fails the root stays as it was
             root.value = _newton(reduction, changes, start, start.imag, grid) or start
     eigenvalues: list[Eigenvalue] = []
     for problem, single_root in zip(problems, single_roots, strict=True):

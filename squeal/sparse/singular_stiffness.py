@@ -36,9 +36,11 @@ def singular_stiffness(
 ) -> tuple[list[CrossingGuess], list[str]]:
     """Where K of real matrices becomes singular over the free parameter: a real root passes zero.
 
-    The range is halved, as far as the constants allow, into parts at whose ends the determinant has
-    the same sign and in which 1 - K(middle)^-1 K contracts, so that K is regular (Neumann series).
-    A singular K that was located is cut out of its part.
+    K is regular in a part of the range in which 1 - K(middle)^-1 K contracts (Neumann series). In
+    another part a singular K is searched if det K changes its sign or the part is too short to be
+    halved, and cut out of it with a narrow edge on either side. Without a singular K the part is
+    halved, as far as the constants allow. Next to a K that was cut out K is nearly singular: there
+    the contraction is judged apart from its null vectors, and K is regular if no sign changes.
 
     Parameters
     ----------
@@ -72,6 +74,7 @@ def singular_stiffness(
         sign_changes = stiffness.sign(a) * stiffness.sign(b) < 0.0
         if contracts and not sign_changes:  # regular, but for the crossings cut out already
             continue
+        # where a sign changes a root does pass zero, and is searched down to the width of a cut
         shortest = edge if sign_changes else SHORTEST_PART * span
         is_last = b - a <= shortest or len(parts) >= MOST_PARTS  # the part is not halved
         crossing = None
@@ -116,7 +119,7 @@ class _SweptStiffness:
         return a + 0.4871 * (b - a)
 
     def sign(self, value: float) -> float:
-        """The sign of det K; 0 where it is singular, as that of rigid bodies."""
+        """The sign of det K: 1, -1, or 0 if K is singular to rounding, as with rigid bodies."""
         if value not in self._signs:
             self._signs[value] = self._computed_sign(value)
         return self._signs[value]
@@ -132,8 +135,8 @@ class _SweptStiffness:
         return math.copysign(1.0, math.cos(factor.logarithm().imag))
 
     def contracts(self, a: float, b: float, close_crossings: Sequence[CrossingGuess]) -> bool:
-        """True if K is regular from a to b: 1 - K(middle)^-1 K contracts at all values that were
-        tried, apart from the null vectors of singular K close to the ends."""
+        """True if K is regular from a to b, apart from the null vectors of `close_crossings`, at
+        which K is singular close to the ends: 1 - K(middle)^-1 K contracts at all values tried."""
         basis = np.zeros((self.scaled.n, 0))
         if close_crossings:
             columns: list[NDArray] = []
@@ -153,11 +156,12 @@ class _SweptStiffness:
 def singular_between(
     scaled: ScaledSystem, low: float, high: float, edge: float
 ) -> CrossingGuess | None:
-    """Where K of real matrices is singular between two values of the free parameter, with its unit
-    null vectors x, y.
+    """Where K of real matrices is singular between two values of the free parameter: a guess with
+    omega 0 and the unit null vectors x, y of K.
 
     By Newton's method on y' K(p) x = 0 from the middle, alternating with inverse iteration for x
-    and y, until a step is far below `edge`; None if it leaves the interval or does not converge.
+    and y, until a step is at most 1e-3 of `edge`; None if the method leaves the interval or does
+    not converge.
     """
     name = scaled.system.parameter
     value = (low + high) / 2
