@@ -103,11 +103,11 @@ class Structure:
     def probes(self, V: Array, projected: Array) -> Probes:
         """Random vectors (n, SKETCH) whose products left right' average to F^-1.
 
-        With an orthonormal V (n, d) and E = V' F V (`projected`), F^-1 is the sum of V E^-1 V',
-        inside of V, and of F^-1 - V E^-1 V', outside. Random vectors r average r r' to the unit
-        matrix, so that a product A B' is averaged by A r and B r. With the eigenvalues e and
-        vectors Q of E the products are E^-1 = (Q |e|^-1/2) (Q sign(e) |e|^-1/2)' inside, and
-        (1 - V E^-1 V' F) (F^-1 - V E^-1 V'), which equals its second factor, outside.
+        Independent random vectors r average r r' to the unit matrix, so that (A r) (B r)' averages
+        to A B'. With an orthonormal V (n, d) and E = V' F V (`projected`), F^-1 is the sum of two
+        such products: inside of V, V E^-1 V' = (V Q |e|^-1/2) (V Q sign(e) |e|^-1/2)' with the
+        eigenvalues e and vectors Q of E; outside of V, G = F^-1 - V E^-1 V' = (1 - V E^-1 V' F) G,
+        since V' F G = 0.
         """
         energies, Q = np.linalg.eigh(projected)
         inverse = (Q / energies) @ Q.T  # E^-1
@@ -116,7 +116,8 @@ class Structure:
         random = random_vectors(len(V), seed=49)
         outside_left = random - V @ (inverse @ (V.T @ (self.F @ random)))
         outside_right = self.factor.solve(random) - V @ (inverse @ (V.T @ random))
-        # left and right ones of one length, so that neither drowns the random vectors inside
+        # left and right ones get equal lengths: products of outside and inside vectors, which are
+        # zero on the average, then scatter least
         balance = math.sqrt(np.linalg.norm(outside_right) / divisor(np.linalg.norm(outside_left)))
         return Probes(
             left=balance * outside_left + V @ (Q @ inside),
@@ -127,20 +128,21 @@ class Structure:
         return {name: value for name, value in vars(self).items() if name != "factor"}
 
     def modes(self, highest: float) -> NDArray:
-        """Real modes as columns (n, m): all up to a frequency (rad/s), at least one.
+        """Real modes as columns (n, m): all up to the frequency `highest` (rad/s), at least one.
 
-        By shift-and-invert block Arnoldi: theta = 1 / (w^2 - shift) are the eigenvalues of F^-1 M,
-        and modes near the shift have the largest ones.
+        By shift-and-invert block Arnoldi: the eigenvalues of F^-1 M are theta = 1 / (w^2 - shift),
+        the largest ones those of the modes nearest to the shift.
         """
         reach = highest**2 - self.shift  # of w^2, from the shift to the highest frequency
         start = np.random.default_rng(0).standard_normal((self.F.shape[0], BLOCK_SIZE))
         krylov = BlockArnoldi(lambda x: self.factor.solve(self.M @ x), start, MOST_COLUMNS)
         for ritz in krylov.growing():
             theta = np.abs(ritz.values)
-            closeness = reach * theta  # at least 1 up to the highest frequency
-            is_wanted = closeness >= min(1.0, closeness.max())  # the nearest one at least
+            closeness = reach * theta  # reach / |w^2 - shift|: >= 1 up to the highest frequency
+            is_wanted = closeness >= min(1.0, closeness.max())  # the nearest mode in any case
             is_good = ritz.residuals <= MODE_RESIDUAL * theta
-            # a mode beyond the highest frequency shows that all below it are there
+            # that the subspace shows a mode beyond the highest frequency shows that it misses none
+            # below
             if not is_wanted.all() and is_good[is_wanted].all():
                 break
         return krylov.basis[:, : krylov.applied] @ ritz.coordinates[:, is_wanted]
@@ -157,9 +159,9 @@ class EstimatedRoots(NamedTuple):
     residuals: Array  # backward errors in the full problem; NaN where not estimated
     errors: Array  # of the growth rate, 1/s; NaN where not estimated
     corrected: Bools  # True where solved in the full problem, False where estimated
-    spurious: int  # how many roots of the projected problem the full one does not have
     projected: Roots  # the roots of the region that were estimated, with reduced vectors
     rough_values: ComplexArray  # of all roots that were estimated, also outside of the region
+    spurious: int = 0  # how many roots of the projected problem the full one does not have
 
 
 class _ProjectedRoots(NamedTuple):
@@ -175,15 +177,28 @@ class _ProjectedRoots(NamedTuple):
 class FirstLook(Reduction):
     """A reduction onto real modes and their corrections, which knows the errors of its roots.
 
-    `structures` are those without friction, each at parameters of its own. `samples` are the values
-    at which modes are corrected: those of the structures or, if these are one or two, both ends of
-    the range. At `trained` values the `reduced_basis` is trained: the few modes that serve at all
-    values, None if they are not needed or not enough. `contraction` is q (0.5 until `build` has
-    computed it), `error` the largest error at the samples before the last corrections, as a share
-    of |lambda|.
+    `build` fills it, from structures without friction: one for each different M and K among those
+    of the first, the middle and the last value of the parameters, three at most.
 
-    Inherited: `_matrices` are those (n, n) of the terms of M, C and K, `_norms` (terms,) their
-    norms, and `_sketch` (terms, SKETCH, d) is random vectors times each of them times the basis.
+    Attributes
+    ----------
+    structures : list of Structure
+        The structures.
+    samples : tuple of mapping
+        The parameters at which modes are corrected: with three structures those of each, with one
+        or two the first and the last value.
+    trained : list of mapping
+        The values of the parameters at which the `reduced_basis` is trained.
+    reduced_basis : ReducedBasis or None
+        Few modes that serve at all values; None if they are not needed or do not suffice.
+    contraction : float
+        q of the head of this module; 0.5 until `build` has computed it.
+    error : float
+        The largest error of a root at the samples before the last corrections, as a share of
+        |lambda|.
+    _matrices, _norms, _sketch :
+        Of the terms of M, C and K: matrices (n, n), their norms (terms,), and random vectors times
+        each matrix times the basis (terms, SKETCH, d).
     """
 
     method = "modal"
@@ -198,40 +213,39 @@ class FirstLook(Reduction):
         self.wide = region.widened(ESTIMATED_MARGIN)
         highest = max(abs(region.low_imag), abs(region.high_imag))
         self.reach = REACH_OF_MODES * highest
-        # parameters by their structure: of the first, middle and last value those with different
-        # K or M without friction
-        representatives: dict[bytes, Parameters] = {}
-        for k in dict.fromkeys((0, len(values) // 2, len(values) - 1)):
-            representatives[self._structure_factors(values[k]).tobytes()] = values[k]
+        # the parameters of each structure, by its factors
+        parameters_of: dict[tuple[complex, ...], Parameters] = {}
+        for k in (0, len(values) // 2, len(values) - 1):
+            parameters_of[self._structure_factors(values[k])] = values[k]
         self.structures = []
         self._frictionless = []
-        for changes in representatives.values():
+        for changes in parameters_of.values():
             without_friction = frictionless(scaled.system, changes)
             self._frictionless.append(without_friction)
             self.structures.append(Structure(scaled.at(without_friction), highest))
-        self._factors = np.array([self._structure_factors(p) for p in representatives.values()])
+        self._factors = np.array(list(parameters_of))  # (structures, terms of M and K)
         index = np.linspace(0, len(values) - 1, min(len(values), MOST_TRAINED))
         self.trained = [values[round(k)] for k in index.tolist()]
-        self.samples = tuple(representatives.values())
-        if len(representatives) <= 2:
-            first_and_last = (values[0], values[-1])
-            self.samples = first_and_last[: len(values)]  # one if there is one value
+        self.samples = tuple(parameters_of.values())
+        if len(parameters_of) <= 2:
+            self.samples = (values[0], values[-1])[: len(values)]  # a single value is one sample
 
-    def _structure_factors(self, changes: Parameters) -> Array:
-        """The factors of M and K without friction: where they agree the structure is the same."""
+    def _structure_factors(self, changes: Parameters) -> tuple[complex, ...]:
+        """The factors of the terms of M and K without friction: where they agree the structure is
+        the same."""
         system = self.scaled.system
         p = frictionless(system, changes)
-        return np.array([term.factor.value(p) for term in system.M + system.K])
+        return tuple(term.factor.value(p) for term in system.M + system.K)
 
     def _nearest_structure(self, changes: Parameters) -> int:
-        """Index of the structure whose factors are nearest."""
+        """Index of the structure whose factors differ least from those at some parameters."""
         differences = self._factors - self._structure_factors(changes)
         relative = differences / divisor(np.abs(self._factors).max(axis=0))
         return int(np.argmin(np.linalg.norm(relative, axis=1)))
 
     def build(self) -> FirstLook:
-        """Fill the basis with real modes and their corrections at the samples, and train the
-        `reduced_basis` of few modes; returns itself."""
+        """The reduction itself, after filling its basis with real modes of the middle structure and
+        corrections at the samples, and training the `reduced_basis` of few modes."""
         report_progress(f"real modes of {self.scaled.n} rows")
         middle = len(self.structures) // 2
         self.extend(self.structures[middle].modes(self.reach), DROPPED_PART)
@@ -241,9 +255,11 @@ class FirstLook(Reduction):
             if self.error <= ONE_ROUND_ERROR:
                 break
         tested = self.samples
-        if len(self.structures) == 1:  # one sample serves: that of the largest error in this round
+        if len(self.structures) == 1:  # the sample with the largest error stands for all
             tested = (self.samples[int(np.argmax(shares))],)
         self.contraction = max(self._contraction(changes) for changes in tested)
+        # few modes save time if values outnumber the samples, and with damping alone: without C the
+        # projected problem is one of w^2, of half the size
         if self.is_complete and len(self.trained) > len(self.samples) and self.system.C:
             basis = ReducedBasis(self.system, self._residual_sketch(), self.region)
             basis.train(self.trained, self._modes_at)
@@ -251,8 +267,8 @@ class FirstLook(Reduction):
         return self
 
     def _add_corrections(self) -> list[float]:
-        """Enlarge the basis by what corrects the modes at the samples; the largest error of a root
-        at each sample before that, as a share of |lambda|."""
+        """The largest error of a root at each sample, as a share of |lambda|; the basis is then
+        enlarged by what corrects the modes there. Also sets `worst_residual`."""
         shares = []
         residuals = []
         corrections = []
@@ -275,15 +291,16 @@ class FirstLook(Reduction):
     def _residual_sketch(self) -> ResidualSketch:
         """Random vectors times terms times basis, to estimate residuals in the full problem.
 
-        Arrays (terms, SKETCH, d): times factors, powers of lambda and reduced vectors they give
-        products with the residuals.
+        With the terms A of P, each with its weight w (factor times power of lambda), and reduced
+        vectors x and y, the residuals are R = sum of w A V x and S = sum of conj(w) A^H V y. Their
+        products with random vectors are right' R = sum of w ((A' right)' V) x and
+        left' conj(S) = sum of w ((A left)' V) conj(y): the arrays (terms, SKETCH, d) hold what
+        stands between w and the vectors. A' is the transpose.
         """
         V = self.vectors
         probes = []
         for k, structure in enumerate(self.structures):
             left, right = structure.probes(V, self._projected_structure(k))
-            # of residuals R = P x and S = P^H y the estimates need right' R = (P' right)' x and
-            # left' conj(S) = (P left)' conj(y)
             of_left = np.array([(A @ left).T @ V for A in self._matrices])
             of_right = np.array([(A.T @ right).T @ V for A in self._matrices])
             probes.append(Probes(of_left, of_right))
@@ -296,21 +313,22 @@ class FirstLook(Reduction):
         )
 
     def _projected_structure(self, k: int) -> Array:
-        """V' F V (d, d) of a structure."""
+        """V' F V (d, d) of structure number k."""
         M, _, K = self.system.at(self._frictionless[k])
         F = (K - self.structures[k].shift * M).real
         return (F + F.T) / 2
 
     def _modes_at(self, changes: Parameters, values: ComplexArray | None) -> Roots:
-        """Modes of the projected problem next to some values, for None all in and around the
-        region."""
+        """The modes of the projected problem next to the given values; for None all in the region
+        and up to `TRAINED_MARGIN` around it."""
         if values is None:
             values = self._projected_values(changes)
             values = values[self.region.widened(TRAINED_MARGIN).contains(values)]
         return self.roots(changes, values)
 
     def estimate(self, changes: Parameters, deciding: bool = False) -> EstimatedRoots:
-        """The roots of the region with their errors, by few modes where they suffice.
+        """The roots of the region with their errors, by few modes where they suffice, otherwise by
+        the whole basis.
 
         If the answer is for a verdict alone (`deciding`), roots that clearly decay get no error
         (NaN), or are left out.
@@ -323,11 +341,13 @@ class FirstLook(Reduction):
     def estimate_by_few_modes(
         self, changes: Parameters, deciding: bool = False
     ) -> EstimatedRoots | None:
-        """The roots of the region by few modes; None without few modes, and where an error leaves
-        open the sign of a growth rate or whether a root lies in the region.
+        """The roots of the region with their errors by few modes; None if there are no few modes or
+        if a root is doubtful.
 
-        If the answer is for a verdict alone (`deciding`), roots that clearly decay may lie on the
-        border.
+        A root is doubtful if its error leaves open the sign of its growth rate or on which side of
+        the region's border it lies, or if the error is coarse, above `COARSE_ERROR` of |lambda|. A
+        root that clearly decays, by more than `DECAYED` times its error, may have a coarse error;
+        if the answer is for a verdict alone (`deciding`), it may lie on the border as well.
         """
         if self.reduced_basis is None:
             return None
@@ -336,15 +356,14 @@ class FirstLook(Reduction):
         errors = estimated.errors
         distances = self.region.distance(values)
         is_inside = self.region.contains(values)
-        is_sign_open = is_inside & (errors >= np.abs(values.real))
+        may_grow = values.real >= -DECAYED * errors
         may_be_inside = distances <= errors
-        is_coarse = may_be_inside & (errors > COARSE_ERROR * np.abs(values))
+        is_sign_open = is_inside & (errors >= np.abs(values.real))
+        is_coarse = may_be_inside & (errors > COARSE_ERROR * np.abs(values)) & may_grow
         is_on_border = np.abs(distances) <= errors
-        clearly_decays = values.real < -DECAYED * errors
-        is_doubtful = is_sign_open | ((is_coarse | is_on_border) & ~clearly_decays)
-        if not deciding:  # roots are listed: those on the border that decay are in doubt too
-            is_doubtful |= is_on_border
-        if is_doubtful.any():
+        if deciding:
+            is_on_border &= may_grow
+        if np.any(is_sign_open | is_coarse | is_on_border):
             return None
         inside = estimated.roots.select(is_inside)
         return EstimatedRoots(
@@ -352,18 +371,17 @@ class FirstLook(Reduction):
             residuals=estimated.residuals[is_inside],
             errors=errors[is_inside],
             corrected=np.zeros(len(inside.values), dtype=bool),
-            spurious=0,
             projected=inside,
             rough_values=inside.values,
         )
 
     def values(self, changes: Parameters) -> ComplexArray:
-        """The values of the roots of the region; the sign of each growth is that of the full
-        problem."""
+        """The roots (m,) of the region, rad/s; the signs of their growth rates are those in the
+        full problem."""
         return self.estimate(changes).values
 
     def basis_values(self, changes: Parameters) -> ComplexArray:
-        """The values of the roots of the projected problem in the region."""
+        """The roots (m,) of the projected problem in the region, rad/s."""
         values = self._projected_values(changes)
         return values[self.region.contains(values)]
 
@@ -373,8 +391,8 @@ class FirstLook(Reduction):
         return self.reduced_basis or self
 
     def misses_none(self, changes: Parameters, growing: int) -> bool:
-        """True if a count on the full problem finds as many roots around the region as the basis
-        has there, and `growing` of those in the region grow, as expected."""
+        """True if a count on the full problem finds as many roots in a disc around the region as
+        the projected problem has there, of which `growing`, as expected, grow in the region."""
         values = self._projected_values(changes)
         known = values[np.abs(values) <= self.reach]
         disc = disc_around(self.region, known, self.reach)
@@ -385,7 +403,7 @@ class FirstLook(Reduction):
 
     @property
     def converged(self) -> bool:
-        """True if the last corrections were of small errors and the basis misses no root."""
+        """True if errors were small before the last corrections, and the basis misses no root."""
         return self.error <= ONE_ROUND_ERROR and self.is_complete
 
     @property
@@ -397,7 +415,7 @@ class FirstLook(Reduction):
     @property
     def _series(self) -> float:
         """q / (1 - q), a bound of the further terms of the series in T as a multiple of its first
-        one; finite also where T does not contract, and it bounds nothing (not `is_complete`)."""
+        one. Where q is too large (not `is_complete`) it is finite too, but bounds nothing."""
         return self.contraction / max(1.0 - self.contraction, 1.0 - LARGEST_CONTRACTION)
 
     def _projected_values(self, changes: Parameters) -> ComplexArray:
@@ -405,19 +423,20 @@ class FirstLook(Reduction):
         return dense_values(*self.system.at(changes), self._stiffness_norm(changes))
 
     def _roots_with_errors(self, changes: Parameters, values: ComplexArray) -> _ProjectedRoots:
-        """Some roots of the projected problem, with their errors and the corrections of their
-        vectors in the full one, as the head of this module derives them."""
+        """Roots of the projected problem next to the given values, with their errors and with
+        corrections of their vectors in the full problem; the head of this module derives both from
+        the residuals R = P x and S = P^H y."""
         roots = self.roots(changes, values)
         problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
         z = roots.values
         X = multiply(self.vectors, roots.right)
         Y = multiply(self.vectors, roots.left)
-        R = problem.apply(z, X)  # P x
-        S = problem.transposed().apply(z, Y.conj()).conj()  # P^H y
+        R = problem.apply(z, X)
+        S = problem.transposed().apply(z, Y.conj()).conj()  # P^H y = conj(P' conj(y))
         solved = structure.factor.solve(np.hstack([R, S]))  # F^-1 R and F^-1 S
         solved_R, solved_S = np.split(solved, 2, axis=1)
-        # y_i^H ((z_i + z_j) M + C) x_j
+        # y_i^H ((z_i + z_j) M + C) x_j: the divided difference (P(z_i) - P(z_j)) / (z_i - z_j)
         slope = np.add.outer(z, z) * (Y.conj().T @ multiply(problem.M, X))
         slope = slope + Y.conj().T @ multiply(problem.C, X)
         energies = np.outer(_energy_norms(S, solved_S), _energy_norms(R, solved_R))
@@ -436,7 +455,8 @@ class FirstLook(Reduction):
         )
 
     def _contraction(self, changes: Parameters) -> float:
-        """How T contracts the directions outside of the basis, at two corners of the region."""
+        """q: by what factor T contracts the directions outside of the basis at the parameters, the
+        larger of two corners of the region."""
         k = self._nearest_structure(changes)
         structure = self.structures[k]
         factor = structure.factor  # first: it may move the shift, and F with it
@@ -451,10 +471,12 @@ class FirstLook(Reduction):
     def estimate_by_basis(self, changes: Parameters, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors, by all vectors of the basis.
 
-        A root is solved in the full problem if its error leaves open the sign of its growth rate,
-        whether it lies in the region, or whether the full problem has it. All roots of the region
-        are solved if the basis may miss one. If the answer is for a verdict alone (`deciding`),
-        roots that clearly decay and are not near others get no error (NaN).
+        Roots of the projected problem are estimated, with errors. Doubtful ones are then solved in
+        the full problem: where the error leaves open the sign of the growth rate or on which side
+        of the border the root lies, or where the residual is that of no root of the full problem.
+        All roots of the region are solved if the basis may miss one, or if the error of one is
+        coarse. If the answer is for a verdict alone (`deciding`), roots that clearly decay and are
+        not near others get no error (NaN).
         """
         problem = self.scaled.at(changes)
         all_values = self._projected_values(changes)
@@ -469,7 +491,7 @@ class FirstLook(Reduction):
         distances = self.region.distance(z)
         is_inside = self.region.contains(z)
         not_estimated = near_values[~is_estimated & self.region.contains(near_values)]
-        # errors and residuals of roots that are not estimated; the zeros of rigid bodies are exact
+        # their errors and residuals: none at the exact zeros of rigid bodies
         zero_or_nan = np.where(not_estimated == 0.0, 0.0, np.nan)
         values = np.concatenate([z[is_inside], not_estimated])
         estimated = EstimatedRoots(
@@ -477,7 +499,6 @@ class FirstLook(Reduction):
             residuals=np.concatenate([projected.residuals[is_inside], zero_or_nan]),
             errors=np.concatenate([errors[is_inside], zero_or_nan]),
             corrected=np.zeros(len(values), dtype=bool),
-            spurious=0,
             projected=projected.roots.select(is_inside),
             rough_values=rough_values,
         )
@@ -498,10 +519,11 @@ class FirstLook(Reduction):
     def _with_solved(
         self, estimated: EstimatedRoots, part: Rectangle, solved: Sequence[Eigenvalue]
     ) -> EstimatedRoots:
-        """Estimated roots, but in a part of the plane the solved roots in place of the estimated.
+        """The estimated roots, those in a `part` of the plane replaced by the roots solved there.
 
-        Solved roots outside of the region are left out. As many as there are fewer solved than
-        estimated roots in the part were spurious. The error of a solved root is its rounding.
+        Solved roots outside of the region are left out, and the error of a solved root is its
+        rounding. If fewer roots are solved than replaced, the difference is the number of spurious
+        ones.
         """
         is_kept = ~part.contains(estimated.values)
         inside = [e for e in solved if self.region.contains(np.array(e.value))]
@@ -517,8 +539,10 @@ class FirstLook(Reduction):
     def _solve(
         self, problem: ScaledProblem, region: Rectangle, factor: Factor | None = None
     ) -> tuple[Eigenvalue, ...]:
-        """Roots of the full problem in a region: the basis has them roughly, and a factor of F
-        corrects them; by Krylov subspaces without a factor, or where corrections do not converge.
+        """The roots of the full problem in a region.
+
+        With a factor of F the rough roots of the basis are corrected. Without one, or where the
+        corrections do not converge, Krylov subspaces are searched.
         """
         roots = None
         if factor is not None:
@@ -534,7 +558,7 @@ def _energy_norms(forces: ComplexArray, solved: ComplexArray) -> Array:
 
 
 def _box_around(values: ComplexArray, errors: Array) -> Rectangle:
-    """The rectangle that holds roots with four times their errors."""
+    """The rectangle around roots (m,), four times its error beyond each, at least 1e-6 of it."""
     half_widths = np.maximum(4 * errors, 1e-6 * np.abs(values))
     return Rectangle(
         low_real=float((values.real - half_widths).min()),
