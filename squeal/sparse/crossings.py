@@ -69,7 +69,7 @@ class CrossingGuess(NamedTuple):
     left: NDArray  # as `right`
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class AxisCrossing(Event):
     """A pair or a real root (omega 0) of the full system on the imaginary axis.
 
@@ -78,25 +78,29 @@ class AxisCrossing(Event):
     `left` (n,) are its vectors in the scaled coordinates, of unit length.
     """
 
-    slope: float = math.nan
-    right: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
-    left: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
+    slope: float
+    right: ComplexArray = field(repr=False)
+    left: ComplexArray = field(repr=False)
 
 
 class _FrozenPart(NamedTuple):
-    """A reduced system frozen at one of some frequencies, in a region around it."""
+    """A reduced system frozen at one of several frequencies, in a region around that frequency."""
 
     path_reduction: ReducedBasis | Reduction
     omega: float  # rad/s
-    spacing: float  # to the next one of the frozen frequencies
+    spacing: float  # between frozen frequencies, rad/s
 
 
-def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
-    """The reduced system frozen at each of some frequencies of its band, overlapping."""
+def _frozen_parts(reduction: Reduction) -> Iterator[_FrozenPart]:
+    """The reduced system frozen at evenly spaced frequencies of its band, in regions that overlap;
+    one part for the whole band if matrices do not depend on the frequency of each root."""
+    if not isinstance(reduction, DispersiveReduction):
+        yield _FrozenPart(reduction.path_reduction, 0.0, math.inf)
+        return
     region = reduction.region
     grid = frequencies(reduction.system, region)
     spacing = float(np.diff(grid).max())
-    # roots start within NEAR_INTERVALS of a frozen frequency, and move
+    # roots start within NEAR_INTERVALS of a frozen frequency, and move by half an interval more
     reach = (NEAR_INTERVALS + 0.5) * spacing
     for omega in grid.tolist():
         around = replace(
@@ -110,11 +114,12 @@ def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
 def spectrum_with_slopes(
     system: System, name: str, value: float, roots: Roots, lifted: bool = False
 ) -> SpectrumAtParameter:
-    """Roots (m,) at a value of the parameter p, their vectors (n, m) and how p moves both.
+    """The spectrum at a value of the parameter p: the given roots z (m,), and how p moves them.
 
-    The couplings (m, m) of the spectrum are -y_i^H dP/dp x_j / y_i^H P' x_i, of first-order
-    perturbation theory: on the diagonal the slope dz/dp of each root, beside it how p mixes the
-    modes. `lifted` vectors (2n, m) are those of the first-order form [x, z x] and
+    With P = z^2 M + z C + K and P' = dP/dz = 2 z M + C, first-order perturbation theory gives the
+    couplings (m, m) -y_i^H dP/dp(z_j) x_j / y_i^H P'(z_i) x_i: on the diagonal the slope dz/dp of
+    each root, off the diagonal how p mixes the modes i and j. The spectrum has the vectors x, y
+    (n, m) of the roots. If `lifted` it has those (2n, m) of the first-order form, [x, z x] and
     [(z M + C)^H y, M^H y], for which left^H right of two different roots vanishes.
     """
     z = roots.values
@@ -125,8 +130,9 @@ def spectrum_with_slopes(
     M, C, _ = matrices
     change = left.conj().T @ applied(system.derivative(name, at), z, right)
     weight = np.sum(left.conj() * inertia(matrices, z, right), axis=0)
-    # y^H P' x vanishes at the double root zero of a free motion, which has no slope
-    damping = 0.0 if C is None else norm_of(C)  # the size of y^H C x for unit vectors
+    # a free motion without damping has the double root z = 0, where P' = C and y^H C x is zero but
+    # for rounding of |C|: such a root has no slope, and gets zeros
+    damping = 0.0 if C is None else norm_of(C)
     is_single = (z != 0) | (np.abs(weight) > assumed_rounding(damping))
     coupling = -change / np.where(is_single, weight, np.inf)[:, None]
     if lifted:
@@ -161,8 +167,8 @@ def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
 class CrossingSearch:
     """The search for crossings of the imaginary axis on a reduced system along one parameter.
 
-    It keeps the spectra that it has computed. Raises InputError for a region without a part of the
-    upper imaginary axis.
+    It stores the spectra that it has computed. Raises InputError if the region contains no part of
+    the upper imaginary axis.
     """
 
     def __init__(self, reduction: ReducedBasis | Reduction, name: str) -> None:
@@ -172,27 +178,31 @@ class CrossingSearch:
         region = reduction.region
         if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
             raise InputError(f"region {region}: must hold a part of the upper imaginary axis")
-        # roots of real matrices come in pairs: the upper ones serve, and below this (rad/s) their
-        # imaginary part is taken for zero
+        # real matrices have conjugate pairs of roots, of which the search follows the upper ones.
+        # A root with |Im| up to `imag_rounding` (rad/s) counts as real
         self.imag_rounding = REAL_SHARE * region.high_imag if reduction.system.real else 0.0
         self.region = replace(region, low_imag=max(region.low_imag, -self.imag_rounding))
         self._spectra: dict[float, SpectrumAtParameter] = {}
 
     def at(self, value: float) -> SpectrumAtParameter:
-        """The roots (rad/s) at a value of the parameter, of pairs the upper ones."""
+        """The spectrum at a value of the parameter: the roots (rad/s) in the region, only the upper
+        one of each conjugate pair."""
         if value not in self._spectra:
             roots = self.reduction.roots({self.name: value})
             roots = roots.select(self.region.contains(roots.values))
-            spectrum = spectrum_with_slopes(self.reduction.system, self.name, value, roots)
-            self._spectra[value] = spectrum
+            self._spectra[value] = spectrum_with_slopes(
+                self.reduction.system, self.name, value, roots
+            )
         return self._spectra[value]
 
     def between(self, low: float, high: float, shortest: float) -> Iterator[CrossingGuess]:
-        """The crossings between two values of the parameter.
+        """The crossings between two values of the parameter, low < high, located on the reduced
+        system.
 
-        Each is located on the reduced system. The step is divided where its two spectra leave a
-        doubt, down to the length `shortest` or until `MOST_SPECTRA` are computed: there the end
-        nearer to a crossing stands for it.
+        The step from `low` to `high` is divided in two, again and again, while `_division` or a
+        crossing that was not located asks for it. A step is no longer divided if it is at most
+        `shortest` long or if `MOST_SPECTRA` are computed: each root that changes the sign of its
+        growth rate on such a step then gives the end of the step nearer to its crossing.
         """
         before = self.at(low)
         after = self.at(high)
@@ -202,8 +212,8 @@ class CrossingSearch:
         if division is None:
             for i, j in zip(match.before, match.after, strict=True):
                 guesses_of_root = self._guesses_of_root(before, after, i, j)
-                if guesses_of_root is None:  # it crosses, and no crossing was located: halve
-                    division = (low + high) / 2
+                if not guesses_of_root and _changes_sign(before.z[i], after.z[j]):
+                    division = (low + high) / 2  # it crosses, and no crossing was located
                     break
                 guesses += guesses_of_root
         if division is None:
@@ -211,7 +221,7 @@ class CrossingSearch:
         elif high - low > shortest and len(self._spectra) < MOST_SPECTRA:
             yield from self.between(low, division, shortest)
             yield from self.between(division, high, shortest)
-        else:  # the shortest step: the end nearer to the crossing is the guess
+        else:
             for i, j in zip(match.before, match.after, strict=True):
                 if not _changes_sign(before.z[i], after.z[j]):
                     continue
@@ -223,58 +233,68 @@ class CrossingSearch:
     def _division(
         self, before: SpectrumAtParameter, after: SpectrumAtParameter, match: _Match
     ) -> float | None:
-        """The value at which a step has to be divided, None if it has not.
+        """The value of the parameter at which a step has to be divided, None if it need not be.
 
-        It need not be divided if each root is matched, or leaves the region without crossing the
-        axis, and no two roots may meet on the way.
+        It is divided in the middle where the slopes miss a matched root, or where a root without a
+        partner may not simply have left the region; and at the value where two roots are predicted
+        to meet.
         """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
         start = before.z[match.before]
-        paths = np.abs(after.z[match.after] - start)
-        allowed = np.maximum(MISSED_SHARE * paths, MISSED * np.abs(start))
+        path_lengths = np.abs(after.z[match.after] - start)
+        allowed = np.maximum(MISSED_SHARE * path_lengths, MISSED * np.abs(start))
         if np.any(match.misses > allowed):
             return middle
         unmatched_before = np.delete(np.arange(len(before.z)), match.before)
         unmatched_after = np.delete(np.arange(len(after.z)), match.after)
         if self._exit_is_doubtful(before, unmatched_before, span):
             return middle
+        # a root that entered the region on the step leaves it on the way back
         if self._exit_is_doubtful(after, unmatched_after, -span):
             return middle
         for meeting in near_coalescences(before, after):
             if not before.value < meeting.value < after.value:
                 continue
-            width = max(meeting.width, 1e-9 * abs(meeting.value))  # wider than rounding
-            is_narrow = width < abs(span) / 8  # a wider one shows in the slopes at both ends
-            # a spectrum within the width, which reaches to both sides of the meeting, shows it
+            # the two roots turn within `width` of the meeting (at least 1e-9, rounding). Slopes at
+            # the ends of the step show a turn over an eighth of it; a sharper turn shows only in a
+            # spectrum that is computed inside, at most half a width from the meeting
+            width = max(meeting.width, 1e-9 * abs(meeting.value))
             distance = min(abs(value - meeting.value) for value in self._spectra)
-            if is_narrow and distance > width / 2:
+            if width < span / 8 and distance > width / 2:
                 return meeting.value
         return None
 
-    def _exit_is_doubtful(self, spectrum: SpectrumAtParameter, which: Indices, span: float) -> bool:
-        """True if a root of a spectrum may not have left the region on the step of length `span`,
-        though it has no partner at the other end: its slope predicts that it stays, or it may cross
-        the axis or meet its conjugate on the way.
+    def _exit_is_doubtful(
+        self, spectrum: SpectrumAtParameter, unmatched: Indices, span: float
+    ) -> bool:
+        """False if all `unmatched` roots, those without a partner at the other end of a step, have
+        left the region there as their slopes predict: z + span dz/dp lies outside.
 
-        which: indices of the roots without a partner. `span` is negative from the later spectrum
-        back.
+        True if that prediction z + span dz/dp lies in the region or beyond the real axis (the root
+        may have met its conjugate), or if z + 2 span dz/dp lies beyond the imaginary axis: the root
+        may have crossed it first, since its slope may double on the way.
+
+        spectrum: of one end of the step; span: from there to the other end, negative from the later
+        end back.
         """
-        z = spectrum.z[which]
-        change = span * spectrum.slopes[which]
+        z = spectrum.z[unmatched]
+        change = span * spectrum.slopes[unmatched]
         predicted = z + change
         stays = self.region.contains(predicted)
+        # only a region with low_imag < 0 reaches the real axis, where a root meets its conjugate
         meets_conjugate = (z.imag > 0.0) & (predicted.imag < 0.0) & (self.region.low_imag < 0.0)
-        may_cross = _changes_sign(z, z + 2 * change)  # the slope may double on the way
+        may_cross = _changes_sign(z, z + 2 * change)
         return bool(np.any(stays | meets_conjugate | may_cross))
 
     def _guesses_of_root(
         self, before: SpectrumAtParameter, after: SpectrumAtParameter, i: int, j: int
-    ) -> list[CrossingGuess] | None:
-        """The crossings of one root, number i before and j after, by the zeros of the Hermite cubic
-        of its real part, refined by Newton's method on the reduced system.
+    ) -> list[CrossingGuess]:
+        """The crossings on a step of one root, number i at its start and j at its end.
 
-        None if the real part changes its sign and no crossing was located.
+        The Hermite cubic through Re z and its slopes at both ends has zeros, from which Newton's
+        method on the reduced system starts. Where the method does not converge, or converges far
+        outside of the step, a zero gives no crossing.
         """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
@@ -284,7 +304,7 @@ class CrossingSearch:
             start.real, span * before.slopes[i].real, end.real, span * after.slopes[j].real
         )
         guesses = []
-        for t in zeros_between(cubic):
+        for t in zeros_between(cubic):  # t from 0 to 1 on the step
             value = before.value + t * span
             root = complex(start + t * (end - start))
             with suppress(ComputationError):
@@ -293,19 +313,18 @@ class CrossingSearch:
                 else:
                     guess = self._guess(after, j, value, root)
                 crossing = axis_crossing(self.scaled, self.name, guess)
-                # Newton's method may have gone to a crossing outside of the step, by more than a
-                # quarter of it
+                # up to a quarter of the span beyond either end: half + quarter from the middle
                 if abs(crossing.value - middle) <= 3 * span / 4:
-                    vectors = crossing.right, crossing.left
-                    guesses.append(CrossingGuess(crossing.value, crossing.omega, *vectors))
-        if not guesses and _changes_sign(start, end):
-            return None
+                    guesses.append(
+                        CrossingGuess(crossing.value, crossing.omega, crossing.right, crossing.left)
+                    )
         return guesses
 
     def _guess(
         self, spectrum: SpectrumAtParameter, k: int, value: float, root: complex
     ) -> CrossingGuess:
-        """A crossing of a root at a value of the parameter, with the vectors of root k nearby."""
+        """The guess that a root crosses the axis at a value of the parameter, with the vectors of
+        number k of a spectrum close by."""
         omega = abs(root.imag)
         return CrossingGuess(
             value=value,
@@ -325,14 +344,41 @@ def _growth_beyond_rounding(z: NDArray) -> NDArray:
     return np.where(np.abs(z.real) > assumed_rounding(z), z.real, 0)
 
 
+class _ReducedCrossing(NamedTuple):
+    """A crossing of the reduced system."""
+
+    guess: CrossingGuess  # vectors in the scaled coordinates of the full system
+    is_near_part: bool  # False if it is nearer to another of the frozen frequencies than to its own
+
+
+def _crossings_of_reduced(
+    reduction: Reduction, name: str, values: Sequence[float]
+) -> Iterator[_ReducedCrossing]:
+    """The crossings of each frozen part of the reduced system."""
+    shortest = SHORTEST_STEP * (values[-1] - values[0])
+    for part in _frozen_parts(reduction):
+        reduced = part.path_reduction
+        search_on_part = CrossingSearch(reduced, name)
+        scale = search_on_part.scaled.scale
+        for a, b in itertools.pairwise(values):
+            for guess in search_on_part.between(a, b, shortest):
+                # vectors of the reduced system: from its scaled coordinates to its own, to the
+                # coordinates of the basis, and to the scaled coordinates of the full system
+                vectors = reduced.in_projection(scale * guess.right, scale * guess.left)
+                right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
+                is_near_part = abs(guess.omega - part.omega) <= part.spacing / 2
+                yield _ReducedCrossing(guess._replace(right=right, left=left), is_near_part)
+
+
 def crossings_along(
     reduction: Reduction, name: str, values: Sequence[float], known: Sequence[CrossingGuess] = ()
 ) -> tuple[list[AxisCrossing], list[str]]:
-    """All crossings of the imaginary axis inside the region between the first and last value.
+    """All crossings of the imaginary axis by roots in the region of a reduction, while the
+    parameter goes from its first to its last value.
 
     Crossings of the reduced system are located on the full one. Where matrices depend on the
-    frequency of each root they are frozen at some frequencies, and a crossing near a frozen one is
-    located with matrices at its own frequency.
+    frequency of each root, the crossings of systems frozen at several frequencies start the search
+    for those of the full system with matrices at the root's frequency.
 
     Parameters
     ----------
@@ -343,59 +389,37 @@ def crossings_along(
     values : sequence of float
         Its values, rising: the ends of the first steps.
     known : sequence of CrossingGuess
-        Guesses in the coordinates of the full system, from elsewhere.
+        Guesses from elsewhere, with vectors in the scaled coordinates of the full system.
 
     Returns
     -------
     crossings : list of AxisCrossing
         By rising value of the parameter.
     unconfirmed : list of str
-        A sentence for each crossing of the reduced system that was not located on the full one.
+        A sentence for each guess at which no crossing of the full system was located. A guess that
+        is nearer to another frozen frequency than to its own gives none: there it is tried again.
 
     Raises
     ------
     InputError
-        For a region without a part of the upper imaginary axis.
+        If the region contains no part of the upper imaginary axis.
     """
-    low = values[0]
-    high = values[-1]
-    shortest = SHORTEST_STEP * (high - low)
-    crossings: list[AxisCrossing] = []  # none twice
+    from_elsewhere = [_ReducedCrossing(guess, is_near_part=True) for guess in known]
+    of_reduced = _crossings_of_reduced(reduction, name, values)
+    crossings: list[AxisCrossing] = []  # different ones
     unconfirmed: list[str] = []
-
-    def locate(guess: CrossingGuess) -> None:
-        crossing = axis_crossing(reduction.scaled, name, guess)
+    for guess, is_near_part in itertools.chain(from_elsewhere, of_reduced):
+        try:
+            crossing = axis_crossing(reduction.scaled, name, guess)
+        except ComputationError as error:
+            if is_near_part:
+                unconfirmed.append(str(error))
+            continue
         if not any(_is_same(crossing, other) for other in crossings):
             crossings.append(crossing)
-
-    for guess in known:
-        try:
-            locate(guess)
-        except ComputationError as error:
-            unconfirmed.append(str(error))
-    # if matrices do not depend on the frequency, one part serves the whole band
-    parts: Iterator[_FrozenPart] = iter([_FrozenPart(reduction.path_reduction, 0.0, math.inf)])
-    if isinstance(reduction, DispersiveReduction):
-        parts = _frozen_parts(reduction)
-    for part in parts:
-        reduced = part.path_reduction
-        search_on_part = CrossingSearch(reduced, name)
-        scale = search_on_part.scaled.scale
-        for a, b in itertools.pairwise(values):
-            for guess in search_on_part.between(a, b, shortest):
-                # vectors from scaled coordinates of the reduced system to those of the projection,
-                # then to those of the full system
-                vectors = reduced.in_projection(scale * guess.right, scale * guess.left)
-                right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
-                try:
-                    locate(guess._replace(right=right, left=left))
-                except ComputationError as error:
-                    # farther from the part's frequency the neighbouring part has to locate it
-                    if abs(guess.omega - part.omega) <= part.spacing / 2:
-                        unconfirmed.append(str(error))
     inside: list[AxisCrossing] = []
     for crossing in crossings:
-        in_range = _in_range(crossing, low, high)
+        in_range = _in_range(crossing, values[0], values[-1])
         if in_range is not None:
             inside.append(in_range)
     inside.sort(key=lambda crossing: (crossing.value, -abs(crossing.slope)))
@@ -403,20 +427,23 @@ def crossings_along(
 
 
 def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[float]) -> list[Event]:
-    """Where two roots meet on the axis, of an undamped system whose real matrices depend on the
-    frequency of each root.
+    """Where two roots meet on the imaginary axis, by rising value of the parameter: of an undamped
+    reduced system whose real matrices depend on the frequency of each root.
 
-    With matrices frozen at omega they meet at a frequency omega_c(omega), and with matrices at
-    their own frequency where omega_c(omega) = omega. The secant method solves this from each of the
-    frequencies of the frozen parts. Meetings at the frequency 0 are static and left out.
+    With matrices frozen at omega two roots meet at a frequency omega_c(omega). With matrices at the
+    frequency of the two roots themselves they meet where omega_c(omega) = omega, which the secant
+    method solves from each frozen frequency. Two roots that meet at 0 Hz are no flutter, and are
+    left out. The `residual` is the worst backward error of the reduced system's roots in the full
+    system, in which a coalescence is not located.
+
+    values: of the parameter, rising; only the first and the last one count.
     """
     low = values[0]
     high = values[-1]
     meetings: list[Event] = []
     for part in _frozen_parts(reduction):
         for event in itertools.chain(*search(part.path_reduction.system, low, high).clusters):
-            is_near_part = abs(event.omega - part.omega) <= part.spacing
-            if not event.omega or not is_near_part:
+            if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
             meeting = _at_own_frequency(reduction.system, event, part.omega, low, high)
             if meeting and not any(_is_same_meeting(meeting, other) for other in meetings):
@@ -434,11 +461,13 @@ def _is_same_meeting(one: Event, other: Event) -> bool:
 def _at_own_frequency(
     system: System, start: Event, frozen: float, low: float, high: float
 ) -> Event | None:
-    """The coalescence with matrices at its own frequency, from one with matrices frozen at another.
+    """The coalescence with matrices at its own frequency: the zero of the excess
+    omega_c(omega) - omega, where omega_c is the frequency at which two roots meet if matrices are
+    frozen at omega.
 
-    By the secant method on the excess omega_c(omega) - omega; None if it does not converge, or if
-    no coalescence is located at one of its steps. `start` was located with matrices at `frozen`
-    (rad/s), in the range from `low` to `high` of the parameter.
+    By the secant method. None if it does not converge, or if at one of its steps no two roots meet
+    at a frequency above 0. `start` is the coalescence with matrices at `frozen` (rad/s); the
+    parameter runs from `low` to `high`.
     """
     event = start
     omega_before = frozen
@@ -465,13 +494,15 @@ def _at_own_frequency(
 
 
 def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing | None:
-    """A crossing within a range of the parameter, None if it lies outside.
+    """The crossing if it lies in the range of the parameter from `low` to `high`, otherwise None.
 
-    It is placed at an end of the range if its interval holds that.
+    Rounding (the interval of the crossing) may leave open on which side of an end of the range it
+    lies: it is then placed at that end. At `low` only a root whose growth begins is of interest:
+    one whose growth ends there grows nowhere in the range.
     """
     first, last = crossing.interval
     if first <= low <= last:
-        if crossing.direction <= 0:  # it grows nowhere in the range
+        if crossing.direction < 0:
             return None
         return replace(crossing, value=low, interval=(low, last))
     if first <= high <= last:
@@ -492,12 +523,15 @@ def _is_same(one: AxisCrossing, other: AxisCrossing) -> bool:
 
 
 def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> AxisCrossing:
-    """The crossing of the imaginary axis next to a guess, along the parameter `name`.
+    """The crossing of the imaginary axis next to a guess, along the parameter p called `name`.
 
-    Newton's method for the parameter and omega with y^H P x = 0 alternates with inverse iteration
-    for the vectors x, y; its factor serves several steps by residual inverse iteration (Neumaier
-    1985). Raises ComputationError if it does not converge (no crossing is near, or
-    two coincide).
+    There P = P(i omega, p) is singular, P x = 0 and y^H P = 0. Newton's method for p and omega with
+    y^H P x = 0 alternates with inverse iteration for the unit vectors: x = P^-1 y and y = P^-H x
+    lead to the singular vectors of the smallest singular value of P, which becomes zero. A factor
+    of P serves `STEPS_PER_FACTOR` steps; in the later ones it corrects x by the residual P x and y
+    by P^H y (residual inverse iteration, Neumaier 1985).
+
+    Raises ComputationError if it does not converge: no crossing is near, or two coincide.
     """
     value = guess.value
     omega = guess.omega
@@ -505,6 +539,7 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
     y = guess.left / np.linalg.norm(guess.left)
     for k in range(NEWTON_STEPS):
         problem = scaled.at({name: value, **scaled.system.frequency(omega)})
+        # P^-H b is computed as the conjugate of P'^-1 conj(b), with the transpose P'
         if k % STEPS_PER_FACTOR == 0:
             _, factor = factorise_at(problem, complex(0.0, omega))
             right = factor.solve(y)
@@ -528,6 +563,55 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
     )
 
 
+class _Linearised(NamedTuple):
+    """y^H P(z, omega, p) x at z = i omega, with unit vectors x, y, and its derivatives."""
+
+    product: complex  # y^H P x
+    by_root: complex  # by z, the matrices unchanged
+    by_frequency: complex  # by the frequency omega that the matrices depend on; 0 if on none
+    by_parameter: complex  # by p
+    size: float  # a bound of |P|
+    residual: float  # |P x| / size
+
+    @property
+    def growth_slope(self) -> float:
+        """d Re z/dp of a root z.
+
+        by_root dz + by_parameter dp + by_frequency domega = 0 with domega = Im dz: the parameter
+        moves the root, and the root's frequency the matrices, which move the root again.
+        """
+        direct = -self.by_parameter / self.by_root
+        by_own_frequency = -self.by_frequency / self.by_root
+        frequency_slope = direct.imag / (1.0 - by_own_frequency.imag)  # domega/dp
+        return float((direct + by_own_frequency * frequency_slope).real)
+
+
+def _linearised(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Linearised:
+    """y^H P x and its derivatives at a guess with unit vectors x, y; `name` is that of p."""
+    system = scaled.system
+    x = guess.right
+    y = guess.left.conj()
+    root = complex(0.0, guess.omega)
+    parameters = {name: guess.value, **system.frequency(guess.omega)}
+    problem = scaled.at(parameters)
+    # the parameters that hold the frequency are proportional to omega, so that their values at
+    # 1 rad/s are their derivatives by omega
+    by_frequency = 0j
+    for frequency, d_by_omega in system.frequency(1.0).items():
+        derivative = scaled.slope(frequency, parameters, root)
+        by_frequency = by_frequency + d_by_omega * (y @ (derivative @ x))
+    image = problem.apply(np.array([root]), x[:, None])[:, 0]
+    size = float(problem.size(np.array(root)))
+    return _Linearised(
+        product=complex(y @ image),
+        by_root=y @ (problem.slope(root) @ x),
+        by_frequency=by_frequency,
+        by_parameter=y @ (scaled.slope(name, parameters, root) @ x),
+        size=size,
+        residual=float(np.linalg.norm(image) / size),
+    )
+
+
 class _NewtonStep(NamedTuple):
     """Where a step of Newton's method ends."""
 
@@ -536,36 +620,22 @@ class _NewtonStep(NamedTuple):
 
 
 def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _NewtonStep | None:
-    """One step of Newton's method on y^H P(i omega, p) x = 0 for p and omega.
+    """One step of Newton's method for p and omega from a guess with unit vectors x, y (n,).
 
-    Its real and imaginary part are two equations, the derivatives by omega and p the columns of
-    their Jacobian (2, 2). The guess has unit vectors x, y (n,). The crossing has its value, omega
-    and interval after the step; its residual, slope and vectors are of the guess. None where the
-    Jacobian is singular.
+    The complex equation (i by_root + by_frequency) domega + by_parameter dp = -y^H P x, see
+    `_Linearised`, has two real unknowns. Its real and imaginary part are the two rows of the
+    Jacobian (2, 2). The crossing has the value, omega and interval after the step, but the
+    residual, slope and vectors of the guess. None where the Jacobian is singular.
     """
     system = scaled.system
     p = guess.value
-    omega = guess.omega
-    x = guess.right
-    y = guess.left.conj()
-    root = complex(0.0, omega)
-    parameters = {name: p, **system.frequency(omega)}
-    problem = scaled.at(parameters)
-    image = problem.apply(np.array([root]), x[:, None])[:, 0]
-    product = complex(y @ image)
-    by_root = y @ (problem.slope(root) @ x)
-    by_parameter = y @ (scaled.slope(name, parameters, root) @ x)
-    # y^H dP/domega x of matrices that depend on the frequency of the root: the parameters that hold
-    # the frequency are proportional to omega, so that their values at 1 rad/s are their derivatives
-    by_frequency = 0j
-    for frequency, d_by_omega in system.frequency(1.0).items():
-        derivative = scaled.slope(frequency, parameters, root)
-        by_frequency = by_frequency + d_by_omega * (y @ (derivative @ x))
-    columns = [1j * by_root + by_frequency, by_parameter]
-    if omega == 0.0:
-        # a real root stays real, and y^H P x is real. The first row becomes domega = 0, the second
-        # one that real equation for dp
-        columns = [1.0, 1j * by_parameter.real]
+    at_guess = _linearised(scaled, name, guess)
+    product = at_guess.product
+    columns = [1j * at_guess.by_root + at_guess.by_frequency, at_guess.by_parameter]
+    if guess.omega == 0.0:
+        # a real root stays real, and so does y^H P x: the rows become domega = 0 and
+        # Re(by_parameter) dp = -Re(y^H P x)
+        columns = [1.0, 1j * at_guess.by_parameter.real]
         product = complex(0.0, product.real)
     jacobian = np.array([np.real(columns), np.imag(columns)])
     sizes = np.abs(jacobian).max(axis=0)  # of the columns, whose units differ
@@ -573,38 +643,25 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         return None
     inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
     omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
-    size = float(problem.size(np.array(root)))
     # how far rounding of P x, in either equation, may move p, the second unknown
-    uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())
+    uncertain = 2 * EPS * at_guess.size * float(np.abs(inverse[1]).sum())
     new_p = p + step
-    new_omega = omega + omega_step
+    new_omega = guess.omega + omega_step
     is_small = abs(step) <= CONVERGED_STEP * max(abs(new_p), abs(p) or 1.0)
     is_small &= abs(omega_step) <= CONVERGED_STEP * max(abs(new_omega), 1.0)
-    if system.follows:  # tables of moduli end
+    if system.follows:  # matrices depend on the frequency by tables, which end
         least, most = system.covered  # Hz
         new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)
-    slope = _growth_slope(by_root, by_parameter, by_frequency)
+    slope = at_guess.growth_slope
     half_width = uncertain + abs(step) + 2 * EPS * abs(new_p)
     crossing = AxisCrossing(
         value=new_p,
-        omega=abs(new_omega),
+        omega=abs(new_omega),  # a step beyond zero ends at the conjugate root
         direction=1 if slope > 0 else -1,
         interval=(new_p - half_width, new_p + half_width),
-        residual=float(np.linalg.norm(image) / size),
+        residual=at_guess.residual,
         slope=slope,
-        right=x,
+        right=guess.right,
         left=guess.left,
     )
     return _NewtonStep(crossing, bool(is_small or abs(step) <= uncertain))
-
-
-def _growth_slope(by_root: complex, by_parameter: complex, by_frequency: complex) -> float:
-    """d Re z/dp of a root z, from the derivatives of y^H P x by z, by p and by omega = Im z.
-
-    by_root dz + by_parameter dp + by_frequency domega = 0: the parameter moves the root, and its
-    frequency the matrices, which move it again.
-    """
-    direct = -by_parameter / by_root
-    by_own_frequency = -by_frequency / by_root
-    frequency_slope = direct.imag / (1.0 - by_own_frequency.imag)  # domega/dp
-    return float((direct + by_own_frequency * frequency_slope).real)

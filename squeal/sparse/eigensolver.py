@@ -12,7 +12,7 @@ full problem to rounding. One basis gives multiple roots and rigid bodies as the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -43,12 +43,12 @@ RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
 EXACT_RESIDUAL = 1e-12  # backward error of right vectors with which corrections end
 ACCEPTED_RESIDUAL = 2e-9  # ... of left vectors, and of right ones that no longer improve
 MOST_CORRECTIONS = 12  # at most
-COUNTED_REACH = 1.6  # around a region, relative: the count then needs few determinants
-MOST_PARTS = 200  # that are tried before a region is refused
+COUNTED_REACH = 1.6  # of a region's radius: all roots so far around it, for a cheap count
+MOST_PARTS = 200  # of a region that are searched before it is refused
 MOST_ATTEMPTS = 3  # starts for a region whose count shows missing roots
 DENSE_ROWS = 2000  # up to which all roots are computed where few do not suffice
 DISTANT = 1.7  # of a disc's radius: Ritz values beyond stand for roots that its count does not know
-FARTHEST = 100.0  # of the radius around a shift: such Ritz values are left out
+FARTHEST = 100.0  # of the radius around a shift: Ritz values beyond are left out
 UNCOUNTED_PART = 0.125  # of a region: smaller ones are not halved for a count alone
 SMALLEST_PART = 1e-3  # of a region: smaller ones are not halved
 SHIFT_OF_LOWEST = 0.3  # of the scale of the lowest roots: where their subspace is built
@@ -62,9 +62,9 @@ class RoughRoots(NamedTuple):
 
     values: ComplexArray  # (m,) by distance from the shift
     vectors: ComplexArray  # (n, m) of unit length
-    unconverged: ComplexArray  # (k,) the other Ritz values, which lie among roots from the reach on
+    unconverged: ComplexArray  # (k,) Ritz values that are no roots, but lie among those beyond
     reach: float  # rad/s; infinite if the subspace holds all roots
-    shift: complex  # the one that was asked for, or one beside it where P is singular there
+    shift: complex  # the requested one, or one close by if P is singular there
     factor: Factor  # of P(shift)
 
 
@@ -150,7 +150,8 @@ def rough_roots_near(
     seed: int = 0,
     single: bool = False,
 ) -> RoughRoots:
-    """Roots near a shift, by block Arnoldi on the companion form with P(shift)^-1.
+    """Roots near a shift, roughly: shift + radius / theta of the largest eigenvalues theta of the
+    companion form (see the head of this module), by block Arnoldi with P(shift)^-1.
 
     Parameters
     ----------
@@ -161,8 +162,8 @@ def rough_roots_near(
     radius : float
         The distance from the shift (rad/s) that becomes |theta| = 1.
     enough : callable
-        Whether values (m,), by distance from the shift, and the reach (rad/s) suffice. The subspace
-        grows until they do, or until it has as many columns as are allowed.
+        Called with the converged roots (m,), by distance from the shift, and the reach (rad/s):
+        True ends the search. Otherwise the subspace grows to at most `MOST_COLUMNS`.
     seed : int
         Of the random vectors from which the subspace starts.
     single : bool
@@ -180,8 +181,7 @@ def rough_roots_near(
     mass = (radius**2 * problem.M).astype(dtype)
 
     def companion(states: NDArray) -> NDArray:
-        """The companion form, whose eigenvalues are theta, times states [theta x; x] (2n, m): see
-        the head of this module."""
+        """The companion form times states [theta x; x] (2n, m), which gives theta states."""
         upper = states[:n]
         return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
 
@@ -191,8 +191,8 @@ def rough_roots_near(
     for ritz in krylov.growing(most):
         sizes = np.maximum(np.abs(ritz.values), np.finfo(float).tiny)
         is_good = ritz.residuals <= RITZ_RESIDUAL * sizes
-        # root - shift = radius / theta: the nearest root that has not converged bounds the disc in
-        # which all have
+        # radius / |theta| is the distance of a root from the shift: up to the nearest one that has
+        # not converged all roots are known
         reach = float(np.min(radius / sizes[~is_good], initial=np.inf))
         nearest = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
         all_theta: ComplexArray = ritz.values.astype(complex)
@@ -202,7 +202,8 @@ def rough_roots_near(
             break
     chosen = ritz.coordinates[:, nearest].astype(np.result_type(dtype, np.complex64))
     states = krylov.basis[:, : krylov.applied]
-    # x from theta x or from x of a state: the longer one has the smaller error
+    # x from the upper half theta x of a state or from its lower half x: the longer half has the
+    # smaller error
     vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
     vectors /= np.linalg.norm(vectors, axis=0)
     unconverged = used_shift + radius / all_theta[~is_good & (sizes > 1.0 / FARTHEST)]
@@ -246,7 +247,7 @@ class Modes:
     roots: Roots = field(repr=False)  # the same in scaled coordinates
     # what one shift showed, if it served the whole region and nothing was counted
     rough: RoughRoots | None = field(default=None, repr=False)
-    rough_values: tuple[complex, ...] = field(default=(), repr=False)  # also outside the region
+    rough_values: Sequence[complex] = field(default=(), repr=False)  # also outside the region
 
     @property
     def certified(self) -> bool:
@@ -267,10 +268,11 @@ def corrected_roots(
     exact: float = EXACT_RESIDUAL,
     accepted: float = ACCEPTED_RESIDUAL,
 ) -> Roots | None:
-    """The roots in a region by residual inverse iteration; None if it does not converge.
+    """The roots in a region by residual inverse iteration (Neumaier 1985), with vectors; None if it
+    does not converge.
 
-    The problem projected onto the basis gives roots and vectors; P^-1 of their residuals, at one
-    value near the roots, enlarges the basis; and so on.
+    The problem projected onto the basis gives roots and vectors. P^-1 times their residuals, with P
+    at one value near all of them, enlarges the basis, which gives better roots, and so on.
 
     Parameters
     ----------
@@ -283,9 +285,10 @@ def corrected_roots(
     region : Rectangle or Disc
         Where.
     exact, accepted : float
-        Corrections end with backward errors of right vectors up to `exact` and of left ones, which
-        enter conditions and derivatives alone, up to `accepted`. Where corrections no longer
-        improve the worst vector, both may be larger by the factor accepted / exact.
+        Corrections end when the backward error of each right vector is at most `exact`, and of each
+        left vector, which enters conditions and derivatives alone, at most `accepted`. Once a
+        correction has not halved the worst error, limits larger by the factor accepted / exact
+        serve: `accepted` for right vectors, accepted^2 / exact for left ones.
     """
     if not basis.size:
         return Roots.none(problem.n)
@@ -300,17 +303,17 @@ def corrected_roots(
         values = values[region.contains(values)]
         roots = roots_at(M, C, K, values, stiffness).expanded(V)
         residuals = residuals_of(problem, roots)
-        # errors over those with which corrections end
+        # errors over their limits
         of_right = np.linalg.norm(residuals.right, axis=0) / exact
         of_left = np.linalg.norm(residuals.left, axis=0) / accepted
         worst = max(np.max(of_right, initial=0.0), np.max(of_left, initial=0.0))
-        no_longer_improves = worst > worst_before / 2
-        if worst <= 1.0 or (no_longer_improves and worst <= accepted / exact):
+        is_halved = worst <= worst_before / 2
+        if worst <= 1.0 or (not is_halved and worst <= accepted / exact):
             return roots
         worst_before = worst
         old = V
         corrections = residuals.corrections(factor, of_right > 1.0, of_left > 1.0)
-        # a share of 1e-4 of a correction is left to the next one
+        # directions that make up less than 1e-4 of a correction are left to the next one
         V = enlarged(V, corrections, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M = grown(M, problem.M, old, new)
@@ -320,7 +323,8 @@ def corrected_roots(
 
 
 class Residuals(NamedTuple):
-    """P x and P' conj(y) of right and left vectors x, y of m roots, over a bound of |P|."""
+    """P x and P' conj(y) of right and left vectors x, y of m roots, over a bound of |P|; P' is the
+    transpose."""
 
     right: ComplexArray  # (n, m)
     left: ComplexArray  # (n, m)
@@ -367,9 +371,15 @@ def enlarged(basis: Array, columns: NDArray, dropped: float) -> Array:
 class _PartRoots(NamedTuple):
     """Roots in and around a part of a region."""
 
+    part: Rectangle
     roots: Roots
     missing: int | None  # how many more a count finds; None if there is no count
     rough: RoughRoots  # from which they were corrected
+
+    @property
+    def inside(self) -> Roots:
+        """The roots in the part."""
+        return self.roots.select(self.part.contains(self.roots.values))
 
 
 def modes_in(
@@ -379,11 +389,10 @@ def modes_in(
     start: Array | None = None,
     exact: float = EXACT_RESIDUAL,
 ) -> Modes:
-    """All roots in a rectangle with left vectors, and the count that certifies them.
+    """All roots in a rectangle with right and left vectors, and the count that certifies them.
 
-    The region is halved until one Krylov subspace reaches all roots in and around each part. If
-    the count shows more roots than are listed, the search of that part starts again in double
-    precision from more vectors.
+    The region is halved into parts until one Krylov subspace reaches all roots in and around each
+    part, and if possible a count. The count of the region is the sum of those of its parts.
 
     Parameters
     ----------
@@ -396,7 +405,7 @@ def modes_in(
     start : ndarray (n, d), optional
         Orthonormal vectors that nearly hold the modes, which saves corrections.
     exact : float
-        Backward error of right vectors with which corrections end.
+        Backward error of right vectors with which corrections end, see `corrected_roots`.
 
     Raises
     ------
@@ -404,15 +413,42 @@ def modes_in(
         If the region holds too many roots, or some that rounding hides.
     """
     basis = np.zeros((problem.n, 0)) if start is None else start
-    inner = region.widened(-1e-9)  # less its own border, where no other part lies
     roots = Roots.none(problem.n)
     missing = 0 if certify else None  # None: there is no count of the whole region
     rough_values: list[complex] = []
+    for of_part in _searched_parts(problem, region, certify, basis, exact):
+        rough_values += of_part.rough.values.tolist()
+        if of_part.missing is None or _any_on_border(of_part, region):
+            missing = None  # and stays so
+        elif missing is not None:
+            missing += of_part.missing
+        roots = roots.joined(of_part.inside)
+    one_shift_served = of_part.part == region and not certify
+    return Modes(
+        eigenvalues=eigenvalues_of(problem, roots),
+        region=region,
+        count=None if missing is None else len(roots.values) + missing,
+        roots=roots,
+        rough=of_part.rough if one_shift_served else None,
+        rough_values=rough_values,
+    )
+
+
+def _searched_parts(
+    problem: ScaledProblem, region: Rectangle, certify: bool, basis: Array, exact: float
+) -> Iterator[_PartRoots]:
+    """The parts into which a region is halved, each with its roots; together they are the region.
+
+    A part is halved if no subspace reaches all of its roots, and unless it is small, if they are
+    not counted although `certify`. Raises ComputationError for a part that would become too small,
+    and after `MOST_PARTS` parts.
+    """
+    listed = 0  # roots in the parts so far
     pending = [region]
     for _ in range(MOST_PARTS):
         part = pending.pop()
         of_part = _roots_around(problem, part, certify, basis, exact)
-        if of_part is None:  # no subspace reached all of its roots
+        if of_part is None:
             if part.radius <= SMALLEST_PART * region.radius:
                 raise ComputationError(
                     f"the roots around {part.centre:.6g} were not found: {STIFF}"
@@ -423,41 +459,31 @@ def modes_in(
         if is_uncounted and part.radius > UNCOUNTED_PART * region.radius:
             pending += _halves(part)  # a count of a smaller part may succeed
             continue
-        rough_values += of_part.rough.values.tolist()
-        if of_part.missing is None or _any_on_border(of_part.roots, part, inner):
-            missing = None  # and stays so
-        elif missing is not None:
-            missing += of_part.missing
-        roots = roots.joined(of_part.roots.select(part.contains(of_part.roots.values)))
+        listed += len(of_part.inside.values)
+        yield of_part
         if not pending:
-            shows_all = part == region and not certify  # one shift served
-            return Modes(
-                eigenvalues=eigenvalues_of(problem, roots),
-                region=region,
-                count=None if missing is None else len(roots.values) + missing,
-                roots=roots,
-                rough=of_part.rough if shows_all else None,
-                rough_values=tuple(rough_values),
-            )
+            return
     raise ComputationError(
-        f"the region holds too many roots: {len(roots.values)} after {MOST_PARTS} parts; a "
+        f"the region holds too many roots: {listed} after {MOST_PARTS} parts; a "
         "narrower band or region is required"
     )
 
 
-def _any_on_border(roots: Roots, part: Rectangle, inner: Rectangle) -> bool:
-    """True if a root lies where a part borders on another one, which makes it doubtful which of
-    them counts it. `inner` is the whole region less its own border."""
-    values = roots.values
-    is_around = part.widened(1e-9).contains(values)
-    is_within = part.widened(-1e-9).contains(values)
-    return bool(np.any(is_around & ~is_within & inner.contains(values)))
+def _any_on_border(of_part: _PartRoots, region: Rectangle) -> bool:
+    """True if a root lies where a part borders on another part of the region: rounding then decides
+    which of the two counts it."""
+    values = of_part.roots.values
+    is_around = of_part.part.widened(1e-9).contains(values)
+    is_within = of_part.part.widened(-1e-9).contains(values)
+    # no other part lies beyond the border of the region
+    is_interior = region.widened(-1e-9).contains(values)
+    return bool(np.any(is_around & ~is_within & is_interior))
 
 
 def _halves(region: Rectangle) -> list[Rectangle]:
     """Two parts of a region, cut across its longer side."""
     size = region.size
-    share = 0.4837  # beside the middle, where symmetry may have put a root
+    share = 0.4837  # not the middle, where symmetry may have put a root
     if size.real > size.imag:
         cut = region.low_real + share * size.real
         return [replace(region, high_real=cut), replace(region, low_real=cut)]
@@ -468,16 +494,19 @@ def _halves(region: Rectangle) -> list[Rectangle]:
 def _roots_around(
     problem: ScaledProblem, region: Rectangle, certify: bool, start: Array, exact: float
 ) -> _PartRoots | None:
-    """The roots in and around a part of a region, with a count if `certify`.
+    """The roots in and around a part of a region, with a count if `certify`; None if the part has
+    to be halved.
 
-    A search that misses roots starts again, in double precision and from other vectors, in the
-    basis of the vectors so far. None if one subspace does not reach all roots around the part, or
-    their corrections do not converge: the part then has to be halved.
+    A search that misses roots by its count, or by its rough roots without a count, is repeated in
+    double precision from other random vectors, at most `MOST_ATTEMPTS` times in all; the last
+    result counts. The part has to be halved if the subspace does not reach all roots around it, or
+    if no corrections converge.
 
     start (n, d): an orthonormal basis of vectors that are known; exact: the backward error of right
     vectors with which corrections end.
     """
     shift = region.off_centre
+    # a disc around the centre has this much less radius than a disc around the shift that holds it
     offset = abs(shift - region.centre)
     needed_reach = offset + COUNTED_REACH * region.radius
     basis = start
@@ -492,7 +521,7 @@ def _roots_around(
             single=attempt == 0,
         )
         reach = rough.reach - offset  # from the centre
-        if reach < 1.02 * region.radius:  # no disc a little larger than the part is known
+        if reach < 1.02 * region.radius:  # roots in the corners of the part may be unknown
             if attempt == 0 and reach <= 0.3 * region.radius:
                 continue  # so little may be due to single precision: once more, in double
             return None
@@ -505,13 +534,13 @@ def _roots_around(
             continue
         count = _count_in_disc(problem, disc, roots, rough) if certify else None
         missing = None if count is None else count - len(roots.values)
-        latest = _PartRoots(roots, missing, rough)
+        latest = _PartRoots(region, roots, missing, rough)
         # one per cent inside: rough roots close to the border may lie on its other side
         expected = np.sum(region.widened(-0.01).contains(rough.values))
         is_complete = missing == 0 if certify else expected <= len(roots.values)
         if is_complete:
             break
-    return latest  # of the last attempt, if each one misses roots
+    return latest
 
 
 def _count_in_disc(
@@ -519,53 +548,55 @@ def _count_in_disc(
 ) -> int | None:
     """How many roots lie in a disc by the argument principle; None if determinants leave it open.
 
-    det P is divided by the factors z - known of all known roots: `roots` in the disc, and `rough`
-    ones near it, whose factor lends its memory and solves nothing afterwards. It is divided by
-    those of distant Ritz values, too, which stand for the many roots farther away. Roots or not,
-    outside of the disc they add no turn, and the quotient varies so little that eight determinants
-    resolve it in place of 16. Of 150,000 random sets with a missing root, and such a value right
-    behind it, eight determinants took one for complete; without such values five.
+    `count_roots` divides det P by the factors z - v of known values v: of `roots`, in the disc, and
+    outside of it of rough roots, and of unconverged Ritz values that are distant. A value outside
+    changes no count, be it a root or not, since z - v makes no turn around zero. But distant Ritz
+    values stand for the many roots beyond, whose factors they cancel roughly: eight determinants
+    then resolve the quotient in place of 16. Of 150,000 random sets with a missing root, and a Ritz
+    value right behind it, eight determinants took one for complete; without Ritz values five.
+
+    The factor of `rough` lends its memory, and solves nothing afterwards.
     """
     outside = rough.values[~disc.contains(rough.values)]
     known = np.concatenate([roots.values, outside])
     ritz = rough.unconverged
-    if problem.is_real:  # with each root its conjugate, too
+    if problem.is_real:  # det P of conjugate z is conjugate: so should the quotient be
+        # conjugates in the disc are among the roots already
         conjugates = known.conj()[~disc.contains(known.conj())]
         distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
-        # a rough value within a thousandth of a conjugate is the same root
+        # a rough root within a thousandth of a conjugate is the same root
         known = np.append(known, conjugates[distances > 1e-3 * np.abs(conjugates)])
         upper = ritz[ritz.imag > 0.0]
         ritz = np.append(upper, upper.conj())
     distant = ritz[np.abs(ritz - disc.centre) > DISTANT * disc.radius]
-    known = np.append(known, distant)
-    return count_roots(problem, disc, known, rough.factor)
+    return count_roots(problem, disc, np.append(known, distant), rough.factor)
 
 
 def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Modes:
     """All roots of a disc around zero that holds the `modes` lowest with Im lambda >= 0.
 
-    Roots below the real axis come with them, of real matrices the conjugates. A rigid body has two
-    roots at zero, both of which count. The disc, which a count certifies, ends halfway to the next
-    root, so that equal ones are in it together. A subspace around zero comes first; where it does
-    not reach so far or misses roots, all roots are computed (few rows), or those of growing squares
-    around zero. Raises ComputationError if there is no root.
+    The roots below the real axis are listed with them, of real matrices the conjugates. A rigid
+    body has two roots at zero, which count as two modes. The disc ends halfway to the next root, so
+    that roots of equal |lambda| are in it together; a count certifies it.
+
+    One Krylov subspace around zero comes first. Where it does not reach far enough or misses roots,
+    all roots are computed if there are few rows, and otherwise those in growing squares around
+    zero. Raises ComputationError if there is no root.
     """
     scale = _lowest_frequency_scale(problem)
-    # not at zero, where P is singular if a rigid body is free; but close to it beside the lowest
-    # roots, since the subspace has to reach as far on the other side of zero
+    # not zero, where P is singular if a rigid body is free; but small beside the lowest roots: a
+    # disc around the shift with the radius `reach` holds one around zero with reach - shift
     shift = SHIFT_OF_LOWEST * scale
 
     def enough(values: ComplexArray, reach: float) -> bool:
-        """Whether more roots than requested, with their conjugates, lie well within the reach.
-
-        Well within: the disc of the count then ends far from the roots that are not known, and
-        needs few determinants.
-        """
+        """True if more than twice the requested roots, since conjugates come with them, lie well
+        within the reach: the disc of the count then ends far from unknown roots, which saves
+        determinants."""
         well_within = (reach - shift) / REACH_OF_LOWEST
         return bool(np.sum(np.abs(values) < well_within) > 2 * modes)
 
     basis = np.zeros((problem.n, 0))
-    largest = scale  # |lambda| of the requested roots as far as the subspaces show them
+    largest = scale  # |lambda| of the requested roots, as far as the subspaces show them
     for attempt in range(MOST_ATTEMPTS):
         rough = rough_roots_near(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, rough.vectors, dropped=1e-6)
@@ -580,7 +611,7 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         if roots is None:
             continue
         count = _count_in_disc(problem, region, roots, rough) if certify else None
-        if count is None or count <= len(roots.values):  # no count shows a missing one
+        if count is None or count <= len(roots.values):  # else the count shows missing roots
             return Modes(eigenvalues_of(problem, roots), region, count, roots)
     if problem.n <= DENSE_ROWS:
         return _lowest_of_all(problem, modes, certify)
@@ -597,16 +628,17 @@ def _rigid_limit(problem: ScaledProblem) -> float:
 
 
 def _sizes_of_modes(problem: ScaledProblem, values: ComplexArray) -> Array:
-    """The |lambda|, rising, of roots that count as modes: of a pair the upper one, both if they may
-    be zero. A real root may lie below the axis by its error."""
+    """The |lambda|, rising, of roots that count as modes: of a pair the upper one, but both if they
+    may be the zeros of a rigid body. A real root counts although its error may put it below the
+    real axis."""
     sizes = np.abs(values)
     counts = (values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= _rigid_limit(problem))
     return np.sort(sizes[counts])
 
 
 def _lowest_frequency_scale(problem: ScaledProblem) -> float:
-    """The median |lambda| (rad/s) of at least four of the lowest roots that no rigid body has; if
-    there is none, a small share of the problem's frequency scale."""
+    """The median |lambda| (rad/s) of at least four of the lowest roots that are no zeros of rigid
+    bodies; if there is none, 1e-4 of the problem's frequency scale."""
     rigid = _rigid_limit(problem)
     shift = 1e-4 * problem.frequency_scale  # far below most roots, and not at zero
 
@@ -621,8 +653,9 @@ def _lowest_frequency_scale(problem: ScaledProblem) -> float:
 
 
 def _disc_of_lowest(sizes: Array, modes: int, reach: float) -> Disc:
-    """The disc of the lowest modes, of sorted |lambda| (m,) up to `reach`: it ends halfway to the
-    next root. Raises ComputationError if there is none."""
+    """The disc around zero that holds the lowest modes, from the sorted |lambda| (m,) of all modes
+    up to `reach`: it ends halfway to the next one, or to the reach if there is none. Raises
+    ComputationError without any mode."""
     if not len(sizes):
         raise ComputationError("no root was found near zero; a band or region is required")
     last = sizes[min(modes, len(sizes)) - 1]
@@ -631,7 +664,7 @@ def _disc_of_lowest(sizes: Array, modes: int, reach: float) -> Disc:
 
 
 def _lowest_of_all(problem: ScaledProblem, modes: int, certify: bool) -> Modes:
-    """The lowest modes of few rows, of which all roots are computed."""
+    """The lowest modes of a problem of few rows, from all of its roots."""
     M, C, K = problem.arrays()
     all_values = dense_values(M, C, K)
     values = all_values
@@ -648,19 +681,19 @@ def _lowest_of_all(problem: ScaledProblem, modes: int, certify: bool) -> Modes:
 
 
 def _lowest_of_squares(problem: ScaledProblem, modes: int, largest: float, certify: bool) -> Modes:
-    """The lowest modes by searching squares around zero, the first of half width about `largest`.
+    """The lowest modes from the roots in squares around zero, the first of half width `largest`.
 
-    The squares grow until a disc in one of them holds so many. After `MOST_ENLARGEMENTS` the roots
-    of the last disc are returned, however few.
+    The squares grow until the disc in one of them, of radius half width, holds `modes` modes. After
+    `MOST_ENLARGEMENTS` the roots of the last disc are returned, however few.
     """
     half_width = 1.02 * largest  # the largest root itself lies well inside
     for _ in range(MOST_ENLARGEMENTS):
-        # with the real axis; of complex matrices the lower roots are no conjugates
+        # of real matrices the half above the real axis, and the axis: conjugates lie below
         low = -1e-6 * half_width if problem.is_real else -half_width
         square = Rectangle(-half_width, half_width, low, half_width)
         in_square = modes_in(problem, square, certify)
         roots = in_square.roots
-        if problem.is_real:  # the lower roots follow as conjugates
+        if problem.is_real:
             roots = roots.select(roots.values.imag >= 0.0)
         sizes = _sizes_of_modes(problem, roots.values)
         sizes = sizes[sizes < half_width]

@@ -197,7 +197,8 @@ def test_real_modes_reach_as_far_as_is_asked(n):
 
 
 def crossing(value=1.0, omega=2.0, way=1, interval=(0.9, 1.1), vector=(1.0, 0.0)):
-    return AxisCrossing(value, omega, way, interval, 0.0, right=np.array(vector, complex))
+    right = np.array(vector, complex)
+    return AxisCrossing(value, omega, way, interval, 0.0, slope=1.0, right=right, left=right)
 
 
 def test_crossings_at_the_ends_of_a_range():
