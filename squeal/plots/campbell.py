@@ -1,7 +1,6 @@
 """Campbell diagram: whirl frequencies over the speed, lines of its multiples, critical speeds."""
 
 import math
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -62,10 +61,10 @@ def campbell_drawing(
         highest = max(critical.frequency_hz for critical in answer.critical)
     else:
         highest = max(answer.orders) * answer.high / math.tau
-    top = MARGIN * highest
     growing_hz = answer.frequencies_hz[answer.growing]
     growing_hz = growing_hz[growing_hz <= REACH * highest]
-    top = max(top, ABOVE * float(growing_hz.max(initial=0.0)))  # over the whole range of speed
+    # the highest frequency (Hz) shown, over the whole range of speed
+    top = max(MARGIN * highest, ABOVE * float(growing_hz.max(initial=0.0)))
     with style():
         figure = Figure(figsize=(DOUBLE, 2.1))
         if width == "column":
@@ -79,21 +78,7 @@ def campbell_drawing(
         _draw_frequencies(axes, answer, top)
         for order in answer.orders:
             _draw_multiple(axes, answer, order, highest)
-        named: list[float] = []
-        for critical in answer.critical:
-            point = (critical.speed, critical.frequency_hz)
-            axes.plot(*point, MARKS[critical.direction], mfc="w", mec="k", ms=5.5, zorder=4)
-            speed = critical.speed
-            # the table has those that would be written over each other
-            is_apart = all(speed - other > NAME_WIDTH * answer.high for other in named)
-            if is_apart and len(named) < NAMED:
-                text = f"{speed:.4g}{speed_words(speed, 'rad/s')}"
-                # on alternating sides, so that names of neighbours do not meet
-                offset = (4, -4)
-                if len(named) % 2 == 0 and speed > ROOM * answer.high:
-                    offset = (-4, 4)
-                write_beside(axes, text, point, offset, fontsize=7)
-                named.append(speed)
+        _mark_critical_speeds(axes, answer)
         axes.set(xlim=(answer.low, answer.high), ylim=(0.0, top))
         axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")
         _name_onset(axes, answer, top)
@@ -119,6 +104,27 @@ def campbell_drawing(
     return Drawing(figure, text, f"Campbell diagram of {name}", origin(__name__))
 
 
+def _mark_critical_speeds(axes: Axes, answer: CriticalSpeeds) -> None:
+    """Mark each critical speed, and write its value beside the mark of the first `NAMED` ones.
+
+    Values that would be written over an earlier one are left out: the table has them.
+    """
+    named: list[float] = []  # rising
+    for critical in answer.critical:
+        speed = critical.speed
+        point = (speed, critical.frequency_hz)
+        axes.plot(*point, MARKS[critical.direction], mfc="w", mec="k", ms=5.5, zorder=4)
+        is_apart = all(speed - other > NAME_WIDTH * answer.high for other in named)
+        if is_apart and len(named) < NAMED:
+            text = f"{speed:.4g}{speed_words(speed, 'rad/s')}"
+            # on alternating sides, so that names of neighbours do not meet
+            offset = (4, -4)
+            if len(named) % 2 == 0 and speed > ROOM * answer.high:
+                offset = (-4, 4)
+            write_beside(axes, text, point, offset, fontsize=7)
+            named.append(speed)
+
+
 def _draw_frequencies(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
     """Draw frequencies up to `top` (Hz) over the speed, red and thick where the mode grows."""
     for hertz, grows in zip(answer.frequencies_hz.T, answer.growing.T, strict=True):
@@ -140,7 +146,10 @@ def _draw_named_modes(axes: Axes, sweep: Sweep, top: float) -> None:
 
 
 def _mark_directions(axes: Axes, answer: CriticalSpeeds, top: float) -> set[str | None]:
-    """Mark the direction of each whirl up to `top` (Hz) where its line ends; returns those."""
+    """Mark the whirl of each mode up to `top` (Hz) by its direction, where its line ends.
+
+    Returns the directions that are marked.
+    """
     speed = float(answer.speeds[-1])
     directions: set[str | None] = set()
     roots = answer.diagram.ranked_roots(speed)[answer.diagram.are_modes(speed)]
@@ -151,8 +160,17 @@ def _mark_directions(axes: Axes, answer: CriticalSpeeds, top: float) -> set[str 
             direction = answer.diagram.direction(speed, root)
         if direction is not None:
             directions.add(direction)
-            look: Any = {"mfc": "0.45", "mec": "none", "ms": 4.5, "clip_on": False}
-            axes.plot(speed, hertz, MARKS[direction], zorder=3, gid=f"end {direction}", **look)
+            axes.plot(
+                speed,
+                hertz,
+                MARKS[direction],
+                mfc="0.45",
+                mec="none",
+                ms=4.5,
+                clip_on=False,
+                zorder=3,
+                gid=f"end {direction}",
+            )
     return directions
 
 
@@ -189,7 +207,7 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
                 speed = middle
             else:
                 below = middle
-        speed = below  # a speed at which nothing grows yet
+        speed = below  # the end of the last interval at which nothing grows yet
     text = f"unstable from {speed:.4g}{speed_words(speed, 'rad/s')} on, {hertz:.4g} Hz"
     up = 8 if hertz < 0.8 * top else -8
     right = 4 if speed < 0.5 * answer.high else -4
@@ -203,8 +221,7 @@ def _entries(answer: CriticalSpeeds, ends: set[str | None]) -> list[Line2D]:
     for direction, mark in MARKS.items():
         if direction in drawn:
             name = direction or "no direction"
-            look: Any = {"ls": "", "marker": mark, "mfc": "white", "mec": "black"}
-            entries.append(Line2D([], [], label=name, **look))
+            entries.append(Line2D([], [], label=name, ls="", marker=mark, mfc="w", mec="k"))
     if answer.growing.any():
         entries.append(Line2D([], [], color="0.3", lw=2.4, label="thick: unstable"))
     return entries

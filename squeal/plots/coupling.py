@@ -52,7 +52,7 @@ def mark_events(
 ) -> None:
     """Draw verticals through both panels, with upright labels in the lower one.
 
-    A label stands to the left of its line, or to the right where another one stands there.
+    A label stands to the left of its line; to the right where an earlier label leaves no room.
 
     Parameters
     ----------
@@ -66,11 +66,11 @@ def mark_events(
     for mu, label, line in events:
         for axes in (upper, lower):
             axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
-        if mu - labelled_up_to > width:  # there is room to the left of the line
+        if mu - labelled_up_to > width:  # the label ends at the line
             offset = -2.0
             alignment = "right"
             labelled_up_to = mu
-        else:
+        else:  # it begins there
             offset = 2.0
             alignment = "left"
             labelled_up_to = mu + width
@@ -130,15 +130,17 @@ class _Roots(NamedTuple):
 
 
 def _panels(parameter_label: str, roots: _Roots, ends: tuple[float, float]) -> _Panels:
-    """Make empty panels over the parameter, from `ends`[0] to `ends`[1], and the root locus.
+    """Make the figure: its root locus, drawn, and two empty panels over the parameter, from
+    `ends`[0] to `ends`[1].
 
-    The axes of growth show all roots that grow; roots that decay faster lie outside.
+    Axes of growth are symmetric about 0 and show all roots that grow; roots that decay faster than
+    the fastest grows lie outside. Where nothing grows all roots are shown.
     """
     values = roots.values
-    shown = values.real
+    rates = values.real
     if roots.grow.any():
-        shown = values.real[roots.grow]
-    reach = 1.1 * np.abs(shown).max(initial=0.0) or 1.0  # no axis has length 0
+        rates = rates[roots.grow]
+    reach = 1.1 * np.abs(rates).max(initial=0.0) or 1.0  # no axis has length 0
     figure = Figure(figsize=(DOUBLE, 3.9))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
     upper = figure.add_subplot(grid[0, 0])
@@ -338,8 +340,14 @@ def _draw_modes(panels: _Panels, roots: _Roots) -> None:
         rising = of_mode[np.argsort(roots.at[of_mode])]
         for axes, y in curves:
             grows = mode in growing_modes
-            look: Any = {"color": "0.25" if grows else PALE, "zorder": 2 if grows else 1.5}
-            axes.plot(roots.at[rising], y[rising], lw=0.7, gid=f"mode {mode}", **look)
+            axes.plot(
+                roots.at[rising],
+                y[rising],
+                lw=0.7,
+                color="0.25" if grows else PALE,
+                zorder=2 if grows else 1.5,
+                gid=f"mode {mode}",
+            )
     dots = (
         (is_pale, PALE, 1.5),
         (~is_pale & ~roots.grow, "0.25", 1.5),

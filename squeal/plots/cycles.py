@@ -71,7 +71,7 @@ def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, sizes: NDArray) ->
 
     values, sizes (m,): the parameter and the amplitude (micrometres) of each orbit.
     """
-    # of each piece between neighbouring orbits: along both axes, as shares of what they show
+    # the length of each piece between neighbouring orbits: the shares of both axes, summed
     lengths = np.abs(np.diff(values)) / (np.ptp(values) or 1.0)
     lengths += np.abs(np.diff(sizes)) / sizes.max()
     kinds = [_kind(*pair) for pair in itertools.pairwise(cycles.orbits)]
@@ -79,7 +79,7 @@ def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, sizes: NDArray) ->
     for kind, length in zip(kinds, lengths, strict=True):
         length_of_kind[kind] += length
     for i, kind in enumerate(kinds):
-        # what its marks hide has no entry in the legend
+        # a kind whose pieces are hidden by their marks has no entry in the legend
         label = f"cycle, {kind}" if length_of_kind[kind] > SEEN else None
         axes.plot(values[i : i + 2], sizes[i : i + 2], label=label, **LOOKS[kind])
     axes.plot(values[cycles.own], sizes[cycles.own], "o", mfc="none", mec="k", label="the scene")

@@ -136,15 +136,13 @@ def _mark_own_value(
 def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     """Draw all modes in the plane of frequency and damping ratio, grey without a colour.
 
-    Returns entries of a legend, which give the scale of the bubbles.
+    A mode that grows is named where its ratio is lowest, its partner where the ratio is highest
+    among those below `depth`: the axis ends little above. Returns entries of a legend, which give
+    the scale of the bubbles.
     """
     colours = colours_of(paths)
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
-    depth = -float(_ratio(all_roots).min(initial=0.0))  # of the lowest ratio below 0, %
-    if len(all_roots) and depth < NOISE:  # nothing grows: the axis shows most of the ratios
-        depth = 2.0 * float(np.median(_ratio(all_roots)))
-    if depth < NOISE:
-        depth = 1.0
+    depth = _shown_depth(_ratio(all_roots))
     growth_rates = [float(paths.roots[mode].real.max()) for mode in paths.growing]
     fastest = max(growth_rates, default=1.0)  # 1/s, a divisor
     limits = frequency_limits(all_roots)
@@ -163,13 +161,13 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         axes.scatter(hertz[shown], ratio[shown], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
         named = int(np.argmin(ratio))  # the root beside which the mode is named
         name = sweep.names.get(mode, f"mode {mode}, {hertz[named]:.4g} Hz")
-        if mode not in paths.growing:  # a partner is named where it is damped most
+        if mode not in paths.growing:
             named = int(np.argmax(np.where(ratio < depth, ratio, -np.inf)))
             name = f"mode {mode}"
-        if ratio[named] < depth:  # higher ones lie near the upper edge, or beyond it
+        if ratio[named] < depth:
             right = 5 if hertz[named] < np.mean(limits) else -5  # beside a ring
-            look: Any = {"fontsize": 7, "color": colour}
-            write_beside(axes, name, (hertz[named], ratio[named]), (right, -7), **look)
+            point = (hertz[named], ratio[named])
+            write_beside(axes, name, point, (right, -7), fontsize=7, color=colour)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
     axes.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")
@@ -180,15 +178,35 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     if len(paths.groups) > PANELS:
         title += f"\nat the right the first {PANELS} of {len(paths.groups)}"
     axes.set_title(title, loc="left", fontsize=7)
+    return _entries_of_bubbles(fastest) if growth_rates else []
+
+
+def _entries_of_bubbles(fastest: float) -> list[Artist]:
+    """Entries of a legend: two bubbles, where that of the growth rate `fastest` (1/s) has the area
+    `LARGEST`."""
     entries: list[Artist] = []
-    if growth_rates:
-        large = _round_down(fastest)
-        for growth in (0.25 * large, large):
-            diameter = math.sqrt(LARGEST * growth / fastest)
-            look = {"marker": "o", "ls": "", "mfc": "0.4", "mew": 0.0, "alpha": 0.45}
-            label = f"growth rate {growth:.4g} 1/s"
-            entries.append(Line2D([], [], ms=diameter, label=label, **look))
+    large = _round_down(fastest)
+    for growth in (0.25 * large, large):
+        diameter = math.sqrt(LARGEST * growth / fastest)
+        label = f"growth rate {growth:.4g} 1/s"
+        bubble = Line2D([], [], marker="o", ls="", ms=diameter, label=label)
+        bubble.set(mfc="0.4", mew=0.0, alpha=0.45)
+        entries.append(bubble)
     return entries
+
+
+def _shown_depth(ratios: np.ndarray) -> float:
+    """The depth (%) by which the axis of damping ratios (m,), in %, is scaled.
+
+    That of the lowest ratio below zero; where nothing grows twice the median, so that the axis
+    shows most of the ratios.
+    """
+    depth = -float(ratios.min(initial=0.0))
+    if len(ratios) and depth < NOISE:
+        depth = 2.0 * float(np.median(ratios))
+    if depth < NOISE:  # all of them are rounding
+        depth = 1.0
+    return depth
 
 
 def _spaced_where_growing(axes: Axes, roots: np.ndarray) -> np.ndarray:
@@ -219,15 +237,18 @@ def _ratio(roots: np.ndarray) -> np.ndarray:
 def _onset(
     paths: Paths, mode: int, thresholds: Thresholds | None
 ) -> float | tuple[float, float] | None:
-    """Where a mode begins to grow: the threshold that is nearest in frequency where one is known,
-    else two values of the sweep; None where it grows from the first value on."""
+    """Where a mode begins to grow; None where it grows from the first value on.
+
+    Between two values of the sweep, which are returned, unless a threshold is known between them,
+    within the share `ALONE` of the mode's frequency: that is returned, the nearest in frequency.
+    """
     roots = paths.roots[mode]
     first = int(np.argmax(is_growing(roots)))
     if not first:
         return None
     low, high = paths.at[mode][first - 1 : first + 1].tolist()
     hertz = roots[first].imag / math.tau
-    onsets: dict[float, float] = {}  # by distance, Hz
+    onsets: dict[float, float] = {}  # thresholds by their distance in frequency, Hz
     if thresholds is not None:
         for crossing in thresholds.crossings:
             if crossing.direction == "up" and low <= crossing.mu <= high:
@@ -261,8 +282,8 @@ def _draw_group(
         axes.margins(y=0.24 * len(paths.groups[:PANELS]))  # room for names
         for mode, up in zip(group, (-3, 3), strict=True):
             point = (paths.at[mode][0], paths.first_hz(mode))
-            look: Any = {"color": colours_of(paths)[mode], "fontsize": 7}
-            write_beside(axes, f"mode {mode}", point, (4, up), **look)
+            colour = colours_of(paths)[mode]
+            write_beside(axes, f"mode {mode}", point, (4, up), fontsize=7, color=colour)
     else:
         axes.set(ylabel="damping ratio [%]", ylim=axes.figure.axes[0].get_ylim())
         axes.axhline(0.0, color="0.3", lw=0.6)

@@ -133,7 +133,7 @@ def pad_figure(
     rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
     scaled = [np.array([1.0, 1.0, pad.w]) * mode.shape for mode in shapes]  # x, y, w theta
     lines = [outlines(slenderness, rest, shape) for shape in scaled]  # of each mode three pads
-    # a shape has no verdict of its own: it grows if its rate is that of a root that does
+    # a ModeShape has no verdict: its mode grows if its growth rate is that of a root that grows
     growing_rates = {root.growth_rate for root in roots if root.kind in GROWING}
     corners = np.concatenate(list(itertools.chain(*lines)))
     left, lowest = corners.min(axis=0) - 0.08
@@ -183,13 +183,14 @@ def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None 
 def outline(coordinates: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArray]:
     """The edges of a body that show its form, each by its two ends (2, 3).
 
-    They are all edges but those between two faces that are nearly in one plane, see `SHARP`. faces:
-    the indices of the nodes of each.
+    They are all edges but those between two faces that are nearly in one plane, see `SHARP`: so
+    those at the rim of one face, and where three or more faces meet, are among them. faces: the
+    indices of the nodes of each, in order around it.
     """
     normals_of: dict[frozenset[int], list[NDArray]] = {}  # of the faces at each edge
     for face in faces:
         a, b, c = coordinates.places[list(face[:3])]
-        normal = np.cross(b - a, c - b)
+        normal = np.cross(b - a, c - b)  # of the plane of three corners
         normal = normal / (np.linalg.norm(normal) or 1.0)
         for edge in zip(face, (*face[1:], face[0]), strict=True):
             normals_of.setdefault(frozenset(edge), []).append(normal)

@@ -114,7 +114,11 @@ class Looks(NamedTuple):
 
     @staticmethod
     def of(run: Run) -> Looks:
-        """The looks of a run, those of the states in which any time was spent."""
+        """The looks of a run, those of the states in which any time was spent.
+
+        Where one state stands for both edges its intervals are renamed by `_with_edge`, and in its
+        place each edge that occurs is a state of its own.
+        """
         law = contact_law(run.model)
         palette = colours(run.model)
         timeline = run.timeline
@@ -126,10 +130,10 @@ class Looks(NamedTuple):
         for state in run.states_met:  # in the article's order
             label = state_label(state)
             meaning = law.meanings[state]
-            if state in shown:  # not one that `_with_edge` has renamed
+            if state in shown:  # it has not been renamed
                 states[state] = StateLook(label, meaning, palette[state])
             for edge, edge_state in (("leading", LEAD), ("trailing", TRAIL)):
-                state_at_edge = f"{state} {edge}"  # as `_with_edge` names it
+                state_at_edge = f"{state} {edge}"
                 if state_at_edge in shown:
                     states[state_at_edge] = StateLook(
                         label=rf"{label}$_{edge[0]}$",

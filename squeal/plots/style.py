@@ -179,7 +179,10 @@ def write_beside(
 
 
 def move_apart(figure: Figure) -> None:
-    """Move each label of a figure that covers an earlier one up or down, away from that one."""
+    """Move each label of a figure that covers an earlier one up or down until it touches that one.
+
+    It is moved up if its middle is the higher one.
+    """
     figure.draw_without_rendering()  # which decides the sizes of the axes
     for axes in figure.axes:
         placed: list[Bbox] = []
