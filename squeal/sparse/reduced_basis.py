@@ -272,7 +272,7 @@ class ReducedBasis:
         pencil = _pencil_of_states(products, z)
         _, B, A = pencil.at(middle)
         left, sizes, right = np.linalg.svd(self.shift * B + A)
-        size = int(np.sum(sizes > DROPPED_SHARE * sizes[:1]))
+        size = int(np.sum(sizes > DROPPED_SHARE * sizes[0]))
         if size <= self.size:
             return False
         balance = np.sqrt(sizes[:size])
@@ -283,7 +283,7 @@ class ReducedBasis:
         # of each state: displacements combine the modes x, velocities combine z x
         self.velocities = (self.modes.right * z) @ right
         self.system = projected(pencil, left, right)
-        # for y^H P x inside of the projection, see `estimate`
+        # for y^H P x of vectors in the projection, see `estimate`
         self._products = np.array([left.conj().T @ term.matrix @ right for term in products.terms])
         self._mode_residuals = self.residuals.of_modes(self.left, self.right)
         return True

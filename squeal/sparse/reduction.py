@@ -74,8 +74,7 @@ class Complement:
         Below 1 the Neumann series P^-1 = (1 + T + T^2 + ...) F^-1 converges there: P is regular
         outside, so that these directions add no root to those of the projection onto V.
         """
-        start = np.random.default_rng(1).standard_normal((len(self.basis), 3))
-        x = start.astype(complex)
+        x = np.random.default_rng(1).standard_normal((len(self.basis), 3)).astype(complex)
         for _ in range(1 + POWERS_OF_T):  # the first x lies inside and outside
             x = x - self.factor.solve(P @ x)  # T x
             # outside V' F x = 0: x less V (V' F V)^-1 V' F x
@@ -86,8 +85,8 @@ class Complement:
         return float(size.max())  # to which the last step brought three unit vectors
 
     def contraction_in(self, region: Rectangle, problem: ScaledProblem) -> float:
-        """The larger `contraction` of P(lambda) at two values: the right corners of a region, where
-        roots grow fastest. Those below the real axis stand for their conjugates above it."""
+        """The larger `contraction` of P(lambda) at the two right corners of a region, where roots
+        grow fastest, taken into the upper half plane: there lie conjugates of roots below it."""
         corners = (
             complex(region.high_real, max(region.low_imag, 0.0)),
             complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
@@ -129,7 +128,7 @@ class Reduction:
         self.scaled = scaled
         self.region = region
         self.vectors: Array = np.zeros((scaled.n, 0))
-        self._factorised: _FactorisedSample | None = None  # the first sample with a root
+        self._factorised: _FactorisedSample | None = None  # by which later samples are corrected
         self.samples: tuple[Parameters, ...] = ()
         self.worst_residual = np.inf
         self.spurious = 0
