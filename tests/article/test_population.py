@@ -11,6 +11,7 @@ from squeal.article.claims import CLAIMS, measure
 from squeal.article.contents import STUDIES
 from squeal.article.identify import control, lasting, population
 from squeal.article.identify.arrangement import LETTERS, PRINTED, Arrangement, mirrored, shuffled
+from squeal.article.identify.ensemble import single
 from squeal.article.identify.population import BOUNDS, VERDICTS, Row
 from squeal.article.identify.space import LENGTH, MODELS, STIFFNESS, STOP, stacked, starts
 from squeal.article.records import read_json
@@ -63,7 +64,7 @@ def test_a_set_says_the_same_by_hand(number):
     for model in MODELS:
         cases = [stacked(one, model, case, CONSISTENT) for case in CASES]
         initial[model] = [starts(one, case)[0] for case in cases]
-        pads[model] = [population.single(case, 0).pad for case in cases]
+        pads[model] = [single(case, 0).pad for case in cases]
     found = by_hand.says(pads, initial, STOP)
     row = ROWS[number]
     assert found.pop("hammers") == row.hammers

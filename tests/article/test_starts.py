@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from squeal.article.claims.motions import LEVELS
+from squeal.article.identify.space import compression
 from squeal.article.records import Missing
-from squeal.article.studies._scenes import compression
 from squeal.article.studies.starts import (
     KINDS,
     REACH,
@@ -45,7 +45,8 @@ def test_heights_and_tilts_are_in_static_compressions():
     assert np.diff(force)[0] - np.diff(without)[0] == pytest.approx(-scene.pad.F_n, rel=1e-9)
     # the tilt of one lifts the trailing edge by as much, and lowers the leading one
     gaps = [scene.pad_model.gaps(state[:3]) for state in (middle, tilted)]
-    assert gaps[1] - gaps[0] == pytest.approx(compression(scene) * np.array([-1.0, 1.0]), rel=1e-2)
+    lifts = compression(scene.pad) * np.array([-1.0, 1.0])
+    assert gaps[1] - gaps[0] == pytest.approx(lifts, rel=1e-2)
 
 
 @needs_heyoka

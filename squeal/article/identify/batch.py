@@ -42,7 +42,7 @@ class TaylorBatch(HeyokaIntegrator):
         parts = []
         for offset in range(0, n, LANES):
             motions = slice(offset, offset + LANES)
-            machine.first_motion = offset
+            machine.first_motion = offset  # with the lane it numbers the motion of a contact change
             machine.start(parameters[:, motions], end[:, motions], t0[motions])
             record = Record(machine, dense)
             # slices are views: it writes into them where each motion ended

@@ -46,7 +46,13 @@ def stack(pads: Sequence[Pad]) -> Pad:
     return Pad(**columns)
 
 
-def _some(model: PadModel, which: Any) -> PadModel:
+def single(stack: PadModel, index: int) -> PadModel:
+    """One pad of an undamped stack, its parameters as numbers."""
+    pad = {name: float(values[index]) for name, values in stack.pad.given().items()}
+    return dataclasses.replace(stack, pad=Pad(**pad))
+
+
+def some_pads(model: PadModel, which: Any) -> PadModel:
     """Some of a stack of pads, all of whose numbers are arrays (n,): by a slice or by numbers."""
     pad = model.pad.replace(**{name: v[which] for name, v in model.pad.given().items()})
     damping: Any = model.damping  # entries are arrays (n,) too
@@ -114,7 +120,7 @@ def _results(segment: Segment, units: Units, measure: Measure | None, events: bo
         "changes": np.bincount(segment.changes.motion, minlength=n),
     }
     if events:
-        changes = segment.changes
+        changes = segment.changes  # in order of the motions
         times = changes.t * np.asarray(units.time)[changes.motion]
         table = np.array([times, changes.point]).T
         results["events"] = np.empty(n, dtype=object)
@@ -163,7 +169,7 @@ def _motions(
     # by the number of steps, roughly: where the pad turns easily its rotation is the fastest motion
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
     for block in _blocks(lengths, LANES, dense):
-        side_by_side = TaylorBatch(_some(model, block), tolerance)
+        side_by_side = TaylorBatch(some_pads(model, block), tolerance)
         begin = np.zeros(len(block))
         segment = side_by_side.run(contact[:, block], begin, state[:, block], stop[block], dense)
         unsure = _unsure(segment)
@@ -171,7 +177,7 @@ def _motions(
         store(block, dataclasses.replace(segment, limit=limit))
         for i in np.unique(block[unsure]).tolist():
             its_units = Units(*(float(v[i]) for v in vars(units).values()))
-            alone = _alone(_some(model, i), its_units, state[:, i], stop[i], tolerance, dense)
+            alone = _alone(some_pads(model, i), its_units, state[:, i], stop[i], tolerance, dense)
             if alone is not None:  # else it stays stored as failed
                 store(np.array([i]), alone)
     return results
@@ -247,7 +253,8 @@ def simulate_many(
     """
     heyoka()
     starts = np.asarray(initial, dtype=float)
-    # all numbers as arrays (n,), of which each process takes a part
+    # all numbers as arrays (n,), of which each process takes a part; so also each entry of the
+    # damping matrix, in `rows` for the model and in `entries` to be checked
     count = len(starts)
     numbers = {name: np.broadcast_to(v, count) for name, v in pads.given().items()}
     stops = np.broadcast_to(np.asarray(stop, dtype=float), count)
@@ -266,10 +273,54 @@ def simulate_many(
     whole = PadModel(model, pads.replace(**numbers), formulation, rows)  # type: ignore[arg-type]
     size = math.ceil(count / workers)
     parts = [slice(i, i + size) for i in range(0, count, size)]
-    tasks = [(_some(whole, part), starts[part], stops[part]) for part in parts]
+    tasks = [(some_pads(whole, part), starts[part], stops[part]) for part in parts]
     motions = partial(_motions, tolerance=tolerance, measure=measure, events=events)
     chunks = list(mapped(motions, tasks, workers))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
+
+
+def simulate_stacks(
+    stacks: Sequence[PadModel],
+    states: np.ndarray,
+    stop: float,
+    tolerance: float,
+    measure: Measure,
+    workers: int = 1,
+) -> tuple[Arrays, np.ndarray]:
+    """Simulate k stacks of n pads of one model and formulation, all motions in one batch.
+
+    states (k, n, 6): first states, NaN for a pad without one, whose motion is left out.
+
+    Returns
+    -------
+    arrays : dict of arrays
+        As of `simulate_many`, of all motions but those left out; "valid" alone if none is there.
+    row : (k, n)
+        Where in the arrays each motion stands, -1 for one that is left out.
+    """
+    flat = states.reshape(-1, 6)
+    with_start = np.flatnonzero(np.isfinite(flat).all(axis=1))
+    numbers = np.full(len(flat), -1)
+    numbers[with_start] = np.arange(len(with_start))
+    row = numbers.reshape(states.shape[:2])
+    if not with_start.size:
+        return {"valid": np.empty(0, dtype=bool)}, row
+    given = [stack.pad.given() for stack in stacks]
+    columns: dict[str, Any] = {}
+    for name in given[0]:
+        columns[name] = np.concatenate([parameters[name] for parameters in given])[with_start]
+    first = stacks[0]
+    arrays = simulate_many(
+        first.name,
+        Pad(**columns),
+        flat[with_start],
+        stop,
+        tolerance,
+        first.formulation,
+        measure,
+        workers=workers,
+    )
+    return arrays, row
 
 
 def simulate_damped(

@@ -10,7 +10,7 @@ from squeal.article.claims import CLAIMS, Case, Claim, case_of
 from squeal.article.claims.measures import Linear, friction_raises, linear_measures
 from squeal.article.claims.motions import measures
 from squeal.article.identify.arrangement import PRINTED, Arrangement
-from squeal.article.identify.ensemble import simulate_many
+from squeal.article.identify.ensemble import simulate_stacks
 from squeal.article.identify.space import (
     MODELS,
     STOP,
@@ -51,14 +51,21 @@ def margins(
             valid[i] &= len(cases) == len(CASES)
     table = np.full((n, len(CLAIMS)), np.nan)
     for i in np.flatnonzero(valid).tolist():
-        of_set = {name: values[i] for name, values in numbers.items()}
-        pads = {"c": pad_of(of_set, "B2", CASES["c"])}
-        of_scenes = measured[i] | {"b3": linear_measures(pads, MAP_POINTS)}
+        of_scenes = measured[i] | {"b3": linear_of_set(numbers, i)}
         for column, claim in enumerate(CLAIMS):
             outcome = arrangement.outcome(claim, of_scenes)
             if outcome is not None:
                 table[i, column] = outcome.margin
     return table, valid
+
+
+def linear_of_set(numbers: Numbers, i: int) -> Linear:
+    """What the claims on model B3 need of parameter set i: rank of K and share of the map.
+
+    The rank is that of case (c): K is singular in all cases alike.
+    """
+    of_set = {name: values[i] for name, values in numbers.items()}
+    return linear_measures({"c": pad_of(of_set, "B2", CASES["c"])}, MAP_POINTS)
 
 
 def _measured_cases(
@@ -71,33 +78,18 @@ def _measured_cases(
     n = len(numbers["h"])
     measured: list[dict[str, Case]] = [{} for _ in range(n)]
     stacks = [stacked(numbers, model, case, formulation) for case in CASES]
-    # motion j n + i is that of case j and set i
-    states = np.concatenate([starts(numbers, stack) for stack in stacks])
-    with_start = np.flatnonzero(np.isfinite(states).all(axis=1))
-    if not with_start.size:
-        return measured
-    of_cases = [stack.pad.given() for stack in stacks]
-    columns = {}
-    for name in of_cases[0]:
-        columns[name] = np.concatenate([case[name] for case in of_cases])[with_start]
-    arrays = simulate_many(
-        model,
-        stacks[0].pad.replace(**columns),
-        states[with_start],
-        STOP,
-        TOLERANCE,
-        formulation,
-        measure=partial(measures, calm=False),
-        workers=workers,
-    )
+    states = np.array([starts(numbers, stack) for stack in stacks])
+    measure = partial(measures, calm=False)
+    arrays, rows = simulate_stacks(stacks, states, STOP, TOLERANCE, measure, workers)
     speed = speed_limit(numbers)
-    # the only claim on the reaction at rest is about case (b) of B2
-    raised = {"b2-b": friction_raises(stacks[list(CASES).index("b")])} if model == "B2" else {}
-    for row in np.flatnonzero(arrays["valid"]).tolist():
-        case, i = divmod(int(with_start[row]), n)
-        name = stem(model, list(CASES)[case])
-        raised_reaction = float(raised[name][i]) if name in raised else math.nan
-        measured[i][name] = case_of(arrays, row, float(speed[i]), raised_reaction)
+    for case, stack, rows_of_case in zip(CASES, stacks, rows.tolist(), strict=True):
+        name = stem(model, case)
+        raised = np.full(n, math.nan)
+        if name == "b2-b":  # the only claim on the reaction at rest is about this scene
+            raised = friction_raises(stack)
+        for i, row in enumerate(rows_of_case):
+            if row >= 0 and arrays["valid"][row]:
+                measured[i][name] = case_of(arrays, row, float(speed[i]), float(raised[i]))
     return measured
 
 

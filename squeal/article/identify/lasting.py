@@ -16,21 +16,27 @@ import numpy as np
 from squeal.article.cases import CASES
 from squeal.article.claims.motions import measures
 from squeal.article.identify import population
-from squeal.article.identify.ensemble import simulate_damped
+from squeal.article.identify.ensemble import simulate_damped, single
 from squeal.article.identify.population import (
     NOT_APPLICABLE,
     OFF,
     SPEED,
     UNDECIDED,
     assessed_equilibrium,
-    compression,
     drawn,
     lines_of,
-    single,
     some,
     write_lines,
 )
-from squeal.article.identify.space import LENGTH, MODELS, STOP, TIME, Numbers, stacked
+from squeal.article.identify.space import (
+    LENGTH,
+    MODELS,
+    STOP,
+    TIME,
+    Numbers,
+    stacked,
+    states_in_box,
+)
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
@@ -76,12 +82,9 @@ def damped_if_stable(model: PadModel) -> tuple[PadModel, np.ndarray] | None:
 
 
 def initial_states(model: PadModel, place: np.ndarray) -> np.ndarray:
-    """Random states (STARTS, 6) about an equilibrium: along each axis, and by the tilt at an edge,
-    up to `REACH` static compressions off and as fast as a mass on spring 1 that swings so far."""
-    reach = REACH * float(compression(model.pad)) * np.array([1.0, 1.0, 1.0 / model.pad.w])
-    reach = np.append(reach, reach * np.sqrt(model.pad.k1 / model.pad.m))
-    random = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STARTS, 6))
-    return np.append(place, np.zeros(3)) + reach * random
+    """Random states (STARTS, 6) in the box of `REACH` static compressions about an equilibrium."""
+    draws = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STARTS, 6))
+    return states_in_box(model.pad, place, REACH, draws)
 
 
 def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:

@@ -19,11 +19,11 @@ import numpy as np
 
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, case_of
-from squeal.article.claims.measures import Linear, linear_measures, lost_share
+from squeal.article.claims.measures import Linear, lost_share
 from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import CALM, TOUCH, hammers
-from squeal.article.identify.ensemble import Arrays, Measure, simulate_many
-from squeal.article.identify.judging import MAP_POINTS
+from squeal.article.identify.ensemble import Arrays, Measure, simulate_stacks, single, stack
+from squeal.article.identify.judging import linear_of_set
 from squeal.article.identify.space import (
     DIMENSIONS,
     LENGTH,
@@ -33,8 +33,8 @@ from squeal.article.identify.space import (
     TIME,
     Dimension,
     Numbers,
+    compression,
     decode,
-    pad_of,
     stacked,
     starts,
 )
@@ -47,8 +47,8 @@ from squeal.io.writing import write_text
 from squeal.linear.verdicts import verdict
 from squeal.model.contact import CONSISTENT, FULL, NONE, STATES, Formulation, State
 from squeal.model.equations import PadModel, Units
-from squeal.model.pad import Pad, pose
 from squeal.model.pad import gaps as edge_gaps
+from squeal.model.pad import pose
 from squeal.queries.pads.equilibrium import at_equilibrium
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.observers import Grid
@@ -190,30 +190,9 @@ def motions(
 
     Those of repeat 0 start as given, others slightly off, see `disturbed`.
     """
-    all_states = np.stack([disturbed(states, repeat) for repeat in range(repeats)])
-    flat = all_states.reshape(-1, 6)
-    with_start = np.flatnonzero(np.isfinite(flat).all(axis=1))  # NaN where there is no start
-    row = np.full(len(flat), -1)
-    row[with_start] = np.arange(len(with_start))
-    shape = all_states.shape[:-1]  # (repeats, cases, n), in whose order the motions are flattened
-    if not with_start.size:
-        return Motions({"valid": np.empty(0, dtype=bool)}, row.reshape(shape))
-    given = [stack.pad.given() for stack in stacks]
-    columns: dict[str, Any] = {}
-    for name in given[0]:
-        of_all_cases = np.concatenate([parameters[name] for parameters in given])
-        columns[name] = np.tile(of_all_cases, repeats)[with_start]
-    first = stacks[0]
-    arrays = simulate_many(
-        first.name,
-        Pad(**columns),
-        flat[with_start],
-        STOP,
-        TOLERANCE,
-        first.formulation,
-        measure=measure,
-    )
-    return Motions(arrays, row.reshape(shape))
+    all_states = np.concatenate([disturbed(states, repeat) for repeat in range(repeats)])
+    arrays, row = simulate_stacks([*stacks] * repeats, all_states, STOP, TOLERANCE, measure)
+    return Motions(arrays, row.reshape(repeats, len(stacks), -1))
 
 
 def edge_shares(segment: Segment, units: Units) -> Arrays:
@@ -254,8 +233,7 @@ class AssessedEquilibrium(NamedTuple):
 
 def assessed_equilibrium(model: PadModel) -> AssessedEquilibrium | None:
     """The sliding equilibrium that a model of one pad means; None where there is none."""
-    pad = {name: np.array([float(value)]) for name, value in model.pad.given().items()}  # a stack
-    return assessed_equilibria(dataclasses.replace(model, pad=Pad(**pad)))[0]  # type: ignore[arg-type]
+    return assessed_equilibria(dataclasses.replace(model, pad=stack([model.pad])))[0]
 
 
 def assessed_equilibria(stack: PadModel) -> list[AssessedEquilibrium | None]:
@@ -285,19 +263,6 @@ def _assessed(model: PadModel, z: np.ndarray, state: State) -> AssessedEquilibri
     return AssessedEquilibrium(
         found, model.state_at(np.array(found.q)), verdict(*matrices) == "flutter"
     )
-
-
-def single(stack: PadModel, index: int) -> PadModel:
-    """One pad of a stack."""
-    pad = {name: float(np.asarray(values)[index]) for name, values in stack.pad.given().items()}
-    return dataclasses.replace(stack, pad=Pad(**pad))
-
-
-def compression(pad: Pad) -> np.ndarray:
-    """Static compression () or (n,) of the contact under the brake force."""
-    names = ("k3", "k4") if pad.k_c is None else ("k_c",)
-    stiffness = sum(np.asarray(getattr(pad, name)) for name in names)
-    return np.asarray(pad.F_n / stiffness)
 
 
 def heights_of_load(
@@ -373,9 +338,9 @@ def computed(numbers: Numbers) -> Computed:
         loads[model] = []
         for load in LOADINGS:
             releases = []
-            for stack, of_case in zip(of_model, equilibria[model], strict=True):
-                heights = heights_of_load(stack, of_case, load)
-                releases.append(released(stack, of_case, heights))
+            for pads, of_case in zip(of_model, equilibria[model], strict=True):
+                heights = heights_of_load(pads, of_case, load)
+                releases.append(released(pads, of_case, heights))
             loads[model].append(motions(of_model, np.array(releases), ONCE_MORE))
     springs = [PadModel("BN", stack.pad, Formulation(springs=2)) for stack in stacks["B2"]]
     states = np.array([starts(numbers, stack) for stack in stacks["B2"]])
@@ -383,13 +348,9 @@ def computed(numbers: Numbers) -> Computed:
     pairs = zip(stacks["B1"], equilibria["B1"], strict=True)
     small_release = motions(
         stacks["B1"],
-        np.array([released(stack, of_case, np.full(n, LOW)) for stack, of_case in pairs]),
+        np.array([released(pads, of_case, np.full(n, LOW)) for pads, of_case in pairs]),
         ONCE_MORE,
     )
-    linear = []
-    for i in range(n):
-        pad = pad_of({name: v[i] for name, v in numbers.items()}, "B2", CASES["c"])
-        linear.append(linear_measures({"c": pad}, MAP_POINTS))
     return Computed(
         stacks=stacks,
         equilibria=equilibria,
@@ -398,7 +359,7 @@ def computed(numbers: Numbers) -> Computed:
         two_springs=two_springs,
         small_release=small_release,
         loads=loads,
-        linear=linear,
+        linear=[linear_of_set(numbers, i) for i in range(n)],
     )
 
 

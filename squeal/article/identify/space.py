@@ -1,4 +1,4 @@
-"""What a parameter set is: sixteen numbers with ranges and reasons, and its eight initial states.
+"""What a parameter set is: sixteen numbers with ranges and reasons, and its initial states.
 
 Units: w = m = k1 = 1. A point is a row of the unit cube, and random sets are uniform in it.
 """
@@ -11,10 +11,11 @@ import numpy as np
 
 from squeal.article.cases import CASES
 from squeal.article.claims.measures import equilibria
+from squeal.article.identify.ensemble import single, some_pads
 from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT, Formulation, contact_law, contact_model
 from squeal.model.equations import PadModel
-from squeal.model.pad import Model, Pad
+from squeal.model.pad import Model, Number, Pad
 
 MODELS: tuple[Model, ...] = ("B1", "B2")
 STOP = 100.0  # time units sqrt(m/k1)
@@ -121,11 +122,32 @@ def starts(n: Numbers, pads: PadModel) -> np.ndarray:
     state[:, 1] = height * n["F_n"]
     standing = np.flatnonzero(n["start"] >= 0.5)
     if standing.size:
-        some = pads.replace(**{name: v[standing] for name, v in pads.pad.given().items()})
-        found = equilibria(some, np.zeros(standing.size))
+        found = equilibria(some_pads(pads, standing), np.zeros(standing.size))
         full_contact = (found.gaps < 0.0).all(axis=0)
         state[standing, :3] = np.where(full_contact, found.place, math.nan).T
     return state
+
+
+def contact_stiffness(pad: Pad) -> Number:
+    """Normal stiffness of full contact, a number or (n,) as the parameters are."""
+    return pad.k3 + pad.k4 if pad.k_c is None else pad.k_c
+
+
+def compression(pad: Pad) -> Number:
+    """Static compression of the contact under the brake force, a number or (n,)."""
+    return pad.F_n / contact_stiffness(pad)
+
+
+def states_in_box(pad: Pad, q: np.ndarray, half_width: float, draws: np.ndarray) -> np.ndarray:
+    """States (n, 6) of a pad in a box about a place q (3,) at rest; draws (n, 6): from -1 to 1.
+
+    The box reaches `half_width` static compressions to both sides in x, in y and, as the lift of an
+    edge, in w theta. Velocities reach what a mass on spring 1 has that swings as far: the
+    half-width of each displacement times (k1/m)^(1/2).
+    """
+    displacement = half_width * compression(pad) * np.array([1.0, 1.0, 1.0 / pad.w])
+    velocity = displacement * np.sqrt(pad.k1 / pad.m)
+    return np.append(q, np.zeros(3)) + np.append(displacement, velocity) * draws
 
 
 def speed_limit(n: Numbers) -> np.ndarray:
@@ -140,10 +162,9 @@ def scenes_of(
 
     def scene(model: Model, case: str) -> Scene:
         pads = stacked(n, model, case, formulation)
-        pad = Pad(**{name: float(v[0]) for name, v in pads.pad.given().items()})
         return Scene(
             model,
-            pad.replace(V=float(speed_limit(n)[0])),
+            single(pads, 0).pad.replace(V=float(speed_limit(n)[0])),
             formulation if contact_model(model).choices else CONSISTENT,
             initial=tuple(starts(n, pads)[0].tolist()),
             stop=STOP,

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import root
 
-from squeal.article.studies._scenes import compression
+from squeal.article.identify.space import compression
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
@@ -238,7 +238,7 @@ class DampedContact:
     @cached_property
     def length(self) -> float:
         """Unit of length in m, the static compression."""
-        return compression(self.scene)
+        return float(compression(self.scene.pad))
 
     @cached_property
     def time(self) -> float:
@@ -392,6 +392,7 @@ class Flow:
         self._invalid: list[float] = []
         upwards = hy.event_direction.positive
         downwards = hy.event_direction.negative
+        # expressions that pass zero upwards where the contact of an edge changes
         changes = [
             hy.t_event(e, direction=upwards, callback=self._switch(edge), cooldown=0.0)
             for edge, e in enumerate(heyoka().rising(equations.motion.gaps, equations.on))
@@ -479,6 +480,7 @@ class Ensemble:
         self._invalid = [False] * LANES
         upwards = hy.event_direction.positive
         downwards = hy.event_direction.negative
+        # expressions that pass zero upwards where the contact of an edge changes
         changes = [
             hy.t_event_batch(e, direction=upwards, callback=self._switch(edge), cooldown=0.0)
             for edge, e in enumerate(heyoka().rising(equations.motion.gaps, equations.on))

@@ -44,17 +44,6 @@ def read_cases(files: Sequence[Path], model: str) -> dict[str, Scene]:
     return dict(zip(CASES, scenes.values(), strict=True))
 
 
-def contact_stiffness(scene: Scene) -> float:
-    """Normal stiffness (N/m) of full contact."""
-    return float(sum(getattr(scene.pad, name) for name in scene.pad_model.law.parameters))
-
-
-def compression(scene: Scene) -> float:
-    """Static compression (m) of the contact under the brake force."""
-    assert scene.pad.F_n is not None
-    return scene.pad.F_n / contact_stiffness(scene)
-
-
 def alike(scenes: Mapping[str, Scene]) -> list[dict[str, Scene]]:
     """The scenes in groups of one model and formulation, whose motions go in one batch."""
     groups: dict[Any, dict[str, Scene]] = {}

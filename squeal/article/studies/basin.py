@@ -11,9 +11,10 @@ from typing import Annotated
 
 from scipy.stats import binomtest
 
+from squeal.article.identify.space import compression
 from squeal.article.records import Record, Result
 from squeal.article.studies._heyoka import without_heyoka
-from squeal.article.studies._scenes import compression, read_scenes
+from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.onset import (
     BOX,
@@ -99,7 +100,7 @@ def study(files: Sequence[Path]) -> Basin:
         return Basin(shares={}, compression={}, left_out=why)
     return Basin(
         shares={name: shares(scenes[name]) for name in MOTIONS},
-        compression={name: 1e6 * compression(scenes[name]) for name in MOTIONS},
+        compression={name: 1e6 * compression(scenes[name].pad) for name in MOTIONS},
     )
 
 

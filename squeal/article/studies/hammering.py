@@ -15,9 +15,10 @@ from squeal.article.cases import CASES, HISTORY_FIGURES
 from squeal.article.claims.measures import Case, lost_share, measure
 from squeal.article.claims.motions import LEVELS
 from squeal.article.claims.rules import LEVEL, TOUCH, TURNS, hammering_cases, hammers
+from squeal.article.identify.space import compression
 from squeal.article.records import Record, Result
 from squeal.article.studies._heyoka import has_heyoka
-from squeal.article.studies._scenes import compression, read_scenes
+from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.starts import measured_cases
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.io.scene import Scene
@@ -100,7 +101,7 @@ def _lose_contact(scene: Scene, equilibrium: Equilibrium, heights: np.ndarray) -
     """Whether an edge separates within the longest time, from rest at heights (n,) above the
     equilibrium, over the static compression."""
     starts = np.tile([*equilibrium.q, 0.0, 0.0, 0.0], (len(heights), 1))
-    starts[:, 1] += heights * compression(scene)
+    starts[:, 1] += heights * compression(scene.pad)
     cases = measured_cases(scene, starts, WINDOWS[-1])
     return [case is None or bool(case.losses) for case in cases]
 
@@ -115,11 +116,11 @@ def least_height(scene: Scene) -> float | None:
     lost = _lose_contact(scene, equilibrium, KICKS)
     if not any(lost):
         return None
-    step = KICKS[0]
+    step = KICKS[0]  # `KICKS` begins one step above the equilibrium
     below = float(KICKS[lost.index(True)]) - step
     finer = np.arange(1, FINER + 1) * step / FINER
     lost = _lose_contact(scene, equilibrium, below + finer)
-    if not any(lost):
+    if not any(lost):  # the last height is that of `KICKS` but for rounding, which may decide
         return None
     return float(below + float(finer[lost.index(True)]))
 
@@ -129,7 +130,7 @@ def reference_height(scene: Scene) -> float:
     compression."""
     equilibrium, _ = sliding_equilibrium(scene.pad_model)
     assert equilibrium is not None
-    return abs(scene.initial[1] - equilibrium.q[1]) / compression(scene)
+    return abs(scene.initial[1] - equilibrium.q[1]) / compression(scene.pad)
 
 
 def mean_lost(motions: Mapping[str, Motion], model: str) -> float:
@@ -167,15 +168,18 @@ def study(files: Sequence[Path]) -> Hammering:
         equilibrium[name] = "none"
         if state is not None:
             equilibrium[name] = scenes[name].pad_model.state_name(state)
-    able = has_heyoka()
+    has_batches = has_heyoka()  # without them hundreds of motions take too long
     b1 = {name: scene for name, scene in scenes.items() if scene.model == "B1"}
+    # over one observation time
     first = {name: by_windows["1"] for name, by_windows in motions.items()}
     return Hammering(
         motions=motions,
         hammering=hammering,
         equilibrium=equilibrium,
         locked=locked_cases(scenes),
-        amplitude={name: least_height(scene) if able else None for name, scene in b1.items()},
+        amplitude={
+            name: least_height(scene) if has_batches else None for name, scene in b1.items()
+        },
         reference={name: reference_height(scene) for name, scene in b1.items()},
         mean_lost={model: mean_lost(first, model) for model in ("B1", "B2")},
     )
@@ -194,6 +198,7 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
     """What the paper says of these motions."""
     by_level_and_time = record.hammering
     by_time = {windows: by_level_and_time[f"{LEVEL}, {windows}"] for windows in WINDOWS}
+    # over one observation time
     first = {name: by_windows["1"] for name, by_windows in record.motions.items()}
     lost = {name: one.lost or 0.0 for name, one in first.items()}
     points_separated = {name for name, one in first.items() if name[:2] == "b1" and one.apart > 0.0}

@@ -17,9 +17,10 @@ from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
 from squeal.article.identify.ensemble import Arrays, Measure, simulate_damped
+from squeal.article.identify.space import states_in_box
 from squeal.article.records import Missing, Moved, Record, Result
 from squeal.article.studies._heyoka import without_heyoka
-from squeal.article.studies._scenes import compression, read_scenes
+from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies._spread import disturbed, moved
 from squeal.article.studies.energy import under_both_laws
 from squeal.equilibrium import sliding_equilibrium
@@ -310,18 +311,14 @@ def settle_late(begun: Sequence[Begun], window: float) -> Late:
 def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:
     """Initial states (count, 6) drawn uniformly from a box about the sliding equilibrium.
 
-    The box reaches `half_width` static compressions (`compression`) to both sides in x, in y and,
-    as the lift of an edge, in w theta. Velocities reach what a mass on spring 1 has that swings as
-    far: the half-width of each displacement times (k1/m)^(1/2). The draws of all boxes are alike
-    but for their scale. There is no state (0, 6) where there is no equilibrium.
+    See `states_in_box`. The draws of all boxes are alike but for their scale. There is no state
+    (0, 6) where there is no equilibrium.
     """
     equilibrium, _ = sliding_equilibrium(scene.pad_model)
     if equilibrium is None:
         return np.empty((0, 6))
-    displacement = half_width * compression(scene) * np.array([1.0, 1.0, 1.0 / scene.pad.w])
-    velocity = displacement * np.sqrt(scene.pad.k1 / scene.pad.m)
-    drawn = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STARTS, 6))[:count]
-    return np.append(equilibrium.q, np.zeros(3)) + np.append(displacement, velocity) * drawn
+    draws = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STARTS, 6))[:count]
+    return states_in_box(scene.pad, np.array(equilibrium.q), half_width, draws)
 
 
 def growth(scene: Scene, ratio: float) -> float | None:
@@ -357,7 +354,7 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
     for i, one in enumerate(late.settled):
         if one is None or not one.goes_on:
             continue
-        if i > 0:
+        if i > 0:  # from another state than the reference one
             lasting.append(one)
         if liveliest is None or one.liveliness > liveliest.liveliness:
             liveliest = one
@@ -400,13 +397,12 @@ def _points(scene: Scene, orbits: Sequence[Orbit]) -> list[CyclePoint]:
     for i, orbit in enumerate(orbits):
         peaks = force_peaks(case_of(measured, i), scene.model == "B2")
         points.append(
-            CyclePoint(
+            CyclePoint.of(
+                peaks,
                 mu=orbit.value,
                 period=1e3 * orbit.period,
                 changes=len(orbit.contacts),
                 peak=peaks.total,
-                leading=peaks.leading,
-                trailing=peaks.trailing,
                 multiplier=orbit.multiplier,
             )
         )
@@ -485,8 +481,11 @@ class ValidPart(NamedTuple):
 
 
 def _valid_part(orbits: Sequence[Orbit], own: int) -> ValidPart:
-    """The part of a branch about the cycle with the index `own`, as far as it is valid both
-    ways."""
+    """The part of a branch about the cycle with the index `own`, as far as it is valid both ways.
+
+    `reaches` is the friction at the end of it that is not an end of the branch, at the latter one
+    in the order of `orbits` where there are two.
+    """
     reaches = None
     begin = own
     while begin > 0 and _face(orbits[begin - 1]) < 1.0:

@@ -15,9 +15,9 @@ import numpy as np
 
 from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims.measures import measure
-from squeal.article.identify.space import MODELS
+from squeal.article.identify.space import MODELS, contact_stiffness
 from squeal.article.records import Record, Result
-from squeal.article.studies._scenes import REFERENCE, by_set, contact_stiffness, read_scenes
+from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
 from squeal.article.studies.hammering import (
     Motion,
     admissible_equilibrium,
@@ -72,7 +72,7 @@ class Releases(Result):
 def released(scene: Scene, at: Equilibrium, load: float) -> Scene:
     """The scene from rest at (1 - load) R_n/k above its equilibrium, k of full contact."""
     x, y, theta = at.q
-    height = (1.0 - load) * at.R_n / contact_stiffness(scene)
+    height = (1.0 - load) * at.R_n / contact_stiffness(scene.pad)
     return dataclasses.replace(scene, initial=(x, y + height, theta, 0.0, 0.0, 0.0), start="origin")
 
 
@@ -87,7 +87,7 @@ def start_force(scene: Scene) -> float:
 
 
 def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
-    """A set from its eight scenes."""
+    """Both models of a parameter set, released from each of `LOADS`; scenes: its eight, by name."""
     equilibria: dict[str, Equilibrium] = {}
     for name, scene in scenes.items():
         equilibrium = admissible_equilibrium(scene)
@@ -96,12 +96,12 @@ def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
     cases = [case for case in CASES if all(stem(model, case) in equilibria for model in MODELS)]
 
     def motions(model: str, load: float) -> list[Motion]:
-        """Of a model released from a load, in the cases in which both have an equilibrium."""
-        motions = []
+        """The motions of a model released from a load, one for each of `cases`."""
+        of_cases = []
         for name in [stem(model, case) for case in cases]:
             start = released(scenes[name], equilibria[name], load)
-            motions.append(motion(measure(start), equilibrium_contact(scenes[name])))
-        return motions
+            of_cases.append(motion(measure(start), equilibrium_contact(scenes[name])))
+        return of_cases
 
     loads = {}
     for load in LOADS:

@@ -14,9 +14,10 @@ from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import hammers
 from squeal.article.identify.ensemble import simulate_many
+from squeal.article.identify.space import compression
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._heyoka import without_heyoka
-from squeal.article.studies._scenes import compression, read_scenes
+from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene
 
@@ -82,7 +83,7 @@ def plane(
 
     A tilt of one lifts an edge by the static compression.
     """
-    unit = compression(scene)
+    unit = compression(scene.pad)
     states = np.zeros((len(height), 6))
     states[:, :3] = equilibrium
     states[:, 1] += height * unit
@@ -150,7 +151,7 @@ def maps(scene: Scene) -> CaseMaps | Missing:
     if equilibrium is None:
         return Missing(why)
     q = np.array(equilibrium.q)
-    unit = compression(scene)
+    unit = compression(scene.pad)
     x, y, theta = ((np.array(scene.initial[:3]) - q) / unit).tolist()
     return CaseMaps(
         maps=tuple(_map(scene, q, windows) for windows in WINDOWS),
