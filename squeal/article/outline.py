@@ -181,7 +181,7 @@ def outline(
     )
     # (end, edge, square): edge k leads from corner k to the next corner
     end_codes = np.array([mixed_codes, np.roll(mixed_codes, -1, axis=0)])
-    changes = end_codes[0] != end_codes[1]
+    changes = end_codes[0] != end_codes[1]  # (edge, square)
     centre = (places * changes[:, None]).sum(axis=0) / changes.sum(axis=0)
     segments = []
     sides = []

@@ -59,15 +59,10 @@ def judge_claims(measured: Measured) -> list[JudgedClaim]:
         elif holding & set(claim.conflicts):
             verdict = "contradicted"
         judged.append(
-            JudgedClaim(
-                id=claim.id,
+            JudgedClaim.of(
+                claim,  # id, where, statement, case and scenes
+                outcomes[claim.id],  # measured and margin
                 verdict=verdict,
-                measured=outcomes[claim.id].measured,
-                where=claim.where,
-                statement=claim.statement,
-                case=claim.case,
-                scenes=claim.scenes,
-                margin=outcomes[claim.id].margin,
                 kind=claim.follows.kind if claim.follows else "informative",
                 derivation=claim.follows.derivation if claim.follows else "",
             )

@@ -60,7 +60,7 @@ def _critical(loop: Loop) -> str:
 
 
 def control_figure(loops: dict[str, Loop]) -> Figure:
-    """B1 above B2, a column a case."""
+    """Root loci of all cases, B1 above B2, a column a case."""
     with style():
         figure = Figure(figsize=(DOUBLE, 3.9))
         grid = figure.subplots(2, 4, sharey=True)

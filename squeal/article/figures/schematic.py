@@ -30,13 +30,13 @@ def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
     """Draw a pad on the moving surface, with its two inclined springs."""
     corners = [(-HALF, HIGH), (HALF, HIGH), (HALF, -HIGH), (-HALF, -HIGH)]
     axes.add_patch(Polygon(corners, facecolor="#EAF3FA", edgecolor="k", linewidth=0.9))
-    for corner, way in (
+    for corner, direction in (
         (corners[0], (math.cos(alpha1), math.sin(alpha1))),
         (corners[1], (-math.cos(alpha2), math.sin(alpha2))),
     ):
-        end = (corner[0] + 0.7 * way[0], corner[1] + 0.7 * way[1])
+        end = (corner[0] + 0.7 * direction[0], corner[1] + 0.7 * direction[1])
         axes.plot(*_coil(corner, end, turns=5, width=0.05).T, color="k", lw=0.7)
-        _ground(axes, end, way, 0.13)
+        _ground(axes, end, direction, 0.13)
     axes.plot([-1.35, 1.35], [-HIGH, -HIGH], color="k", lw=1.1)
     axes.annotate("", (1.3, -HIGH - 0.14), (0.9, -HIGH - 0.14), arrowprops={"arrowstyle": "-|>"})
     axes.set_aspect("equal")

@@ -182,7 +182,7 @@ def sketch(scene: Scene) -> Figure:
     line = _is_line(scene)
     c = scene.pad_model.c
     at = corners(c)
-    ways = towards_ground(c)
+    directions = towards_ground(c)
     level = -c.h / c.w - FOOT
     with style():
         figure = Figure(figsize=(SINGLE, 2.75))
@@ -196,7 +196,7 @@ def sketch(scene: Scene) -> Figure:
         if line:
             _line_contact(axes, at, level)
         for number, angle in (("1", scene.pad.alpha1), ("2", scene.pad.alpha2)):
-            _inclined(axes, number, at[number], ways[number], angle)
+            _inclined(axes, number, at[number], directions[number], angle)
         axes.set_xlim(-2.1, 2.1)
         axes.set_ylim(level - 0.42, at["1"][1] + 1.08)
     return figure

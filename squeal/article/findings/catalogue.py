@@ -114,15 +114,5 @@ def measure_findings(study: Study) -> tuple[MeasuredFinding, ...]:
     results = []
     for finding in FINDINGS:
         numbers, outcome = finding.measure(study)
-        results.append(
-            MeasuredFinding(
-                id=finding.id,
-                where=finding.where,
-                kind=finding.kind,
-                affects=finding.affects,
-                statement=finding.statement,
-                outcome=outcome,
-                measured=numbers,
-            )
-        )
+        results.append(MeasuredFinding.of(finding, outcome=outcome, measured=numbers))
     return tuple(results)

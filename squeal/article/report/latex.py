@@ -2,10 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TypeVar
-
-T = TypeVar("T")
+from collections.abc import Callable, Sequence
 
 # fmt: off
 _SYMBOLS = {
@@ -133,13 +130,3 @@ def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
             ends[place] = r" \\*"
     body = "\n".join(" & ".join(row) + end for row, end in zip(rows, ends, strict=True))
     return f"{line}\\endfirsthead\n{line}\\endhead\n\\bottomrule\n\\endfoot\n{body}\n"
-
-
-def cells(
-    columns: Mapping[str, Callable[[T], str]], entries: Iterable[T]
-) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of a table: for each column what it shows of an entry."""
-    rows = []
-    for entry in entries:
-        rows.append([show(entry) for show in columns.values()])
-    return list(columns), rows

@@ -288,7 +288,7 @@ class Cycles:
         """Motions along a branch from a converged X; it ends where no step succeeds.
 
         Pseudo-arclength continuation: a step along the tangent, then Newton's method orthogonal to
-        it. `conditions` are made anew at each motion, so that their borders fit.
+        it. `conditions` (none if left out) are made anew at each motion, so that their borders fit.
         """
         tangent = direction / np.linalg.norm(direction)
         _, tangent = self.solve(x, free, conditions(), tangent, anchored)

@@ -64,7 +64,8 @@ class _Equations:
         upper = [turned * complex(side * pad.w, pad.h) for side in (-1.0, 1.0)]
         self.lower = [turned * complex(side * pad.w, -pad.h) for side in (-1.0, 1.0)]
         lengths = [pad.w if L is None else L for L in (pad.L1, pad.L2)]
-        # each support spring, from its fixed end to the undisplaced pad, where it is relaxed
+        # each support spring, from its fixed end to the undisplaced pad, where it is relaxed;
+        # alpha1 counts from x, alpha2 from -x the other way round
         relaxed = [
             -lengths[0] * cmath.exp(1j * pad.alpha1),
             lengths[1] * cmath.exp(-1j * pad.alpha2),
@@ -76,9 +77,9 @@ class _Equations:
             lift = pad.y0 + 2.0 * pad.h * math.sin(pad.theta0 / 2.0) ** 2
             tilt = pad.w * math.sin(pad.theta0)
             self.open = (lift - tilt, lift + tilt)
-        self.contact = [k for k in (pad.k3, pad.k4, pad.k_c) if k]
-        self.stiffest = max([pad.k1, pad.k2, *self.contact])
-        # the lightest that a force meets, at the end of the lever
+        contact = [k for k in (pad.k3, pad.k4, pad.k_c) if k]
+        self.stiffest = max([pad.k1, pad.k2, *contact])
+        # the least inertia against a force: of the mass, or of the rotation at the edges' lever
         self.inertia = min(pad.m, pad.I / (pad.w**2 + pad.h**2))
         self.count = 0
 
@@ -105,8 +106,9 @@ class _Equations:
                 moved = z + turn * corner
                 spring = relaxed + moved
                 size = abs(spring)
-                # size^2 - length^2 without the difference of two large numbers
+                # size^2 - length^2 without the difference of two large numbers, |relaxed| = length
                 more = 2.0 * (relaxed * moved.conjugate()).real + abs(moved) ** 2
+                # -k (size - length), in the direction of the spring
                 support = -k * more / (size + length) / size * spring
                 arm = corner + turn * corner
                 force += support
@@ -125,7 +127,7 @@ class _Equations:
     def _line_load(
         self, gaps: tuple[float, float], arms: list[complex], touching: tuple[bool, bool]
     ) -> list[Load]:
-        """Of the pressure k_c times penetration along the face; friction acts at the distance h.
+        """The load of the pressure k_c times penetration on the face; friction acts at distance h.
 
         gaps, arms: of the leading and the trailing edge, arms from the mass centre.
         """
@@ -151,7 +153,7 @@ class _Equations:
     def _point_loads(
         self, gaps: tuple[float, float], arms: list[complex], touching: tuple[bool, bool]
     ) -> list[Load]:
-        """Of each edge that touches, with its friction."""
+        """The load of each edge that touches, with its friction."""
         pad = self.pad
         loads = []
         for on, k, gap, arm in zip(touching, (pad.k3, pad.k4), gaps, arms, strict=True):

@@ -29,8 +29,10 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
     continuation = continued(system, values)
     undamped = continuation.problem == "undamped"
     rows = [continuation.at(values[0]).exponents]
-    index = np.arange(len(rows[0]))  # of each mode among the roots at the present value
-    budget = itertools.count()  # of halvings, without end
+    # index[j]: number of mode j among the roots of the continuation at the present value, where
+    # link.order gives the number after of each root before
+    index = np.arange(len(rows[0]))
+    budget = itertools.count()  # intervals may be halved without end
     for a, b in itertools.pairwise(values):
         roots = rows[-1]
         for link in links(continuation.at, a, b, budget):
@@ -38,7 +40,8 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
             before = roots
             roots = link.after.exponents[index]
             if undamped:
-                # s and -s are roots, of which the continuation follows s^2: the nearer to the last
+                # the continuation follows s^2 and may return s or -s, both of which are roots:
+                # the one nearer to the root before continues it
                 roots = np.where(np.abs(roots - before) <= np.abs(roots + before), roots, -roots)
         rows.append(roots)
     modes = np.array(rows)

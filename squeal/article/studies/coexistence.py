@@ -235,11 +235,8 @@ def checked_boundary(scene: Scene, curve: BoundaryCurve) -> CheckedBoundary:
     ends = [extremes(cycle) for cycle in cycles]
     closures = [float(np.abs(cycle.arc.end - cycle.state).max()) for cycle in cycles]
     periods = [1e3 * cycle.period for cycle in cycles]
-    boundary = Boundary(
-        contacts=curve.contacts,
-        ends_loss=curve.ends_loss,
-        kind=curve.kind,
-        over=curve.over,
+    boundary = Boundary.of(
+        curve,  # contacts, ends_loss, kind and over
         points=tuple(Point(point.a, point.mu, point.zeta) for point in curve.points),
         period=(min(periods), max(periods)),
         face=max(one.face for one in ends),
@@ -307,7 +304,7 @@ def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | Non
     log_before = 0.0
     for point in sliding:
         above = height_at(curves, "a", point.a)
-        if above == 0.0 or point.zeta == 0.0:
+        if above == 0.0 or point.zeta == 0.0:  # one of the boundaries is not there
             continue
         log_ratio = float(np.log(above / point.zeta))
         if log_ratio < 0.0 and a_before is not None:

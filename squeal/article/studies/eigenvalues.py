@@ -394,6 +394,7 @@ def loop_of(scene: Scene) -> Loop | Missing:
     by_poles = critical_gain(loop, gains, values)
     frozen = by_poles
     modulus = None
+    # a loop of one input has a gain margin, which is the same gain by a second method
     if loop.inputs.shape[1] == 1:
         margins = gain_margins(loop)
         if margins:
@@ -446,11 +447,13 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
     ]
 
     def margin_agrees(one: Loop) -> bool:
+        """Whether both methods find the same critical gain, or neither finds one."""
         if one.frozen is None or one.by_poles is None:
             return one.frozen == one.by_poles
         return abs(one.frozen - one.by_poles) < 1e-7
 
     def frozen_as_followed(case: str) -> bool:
+        """Whether both equilibria of the line lose stability, at nearly the same friction."""
         one = line.get(case)
         if one is None or one.frozen is None or one.followed is None:
             return False

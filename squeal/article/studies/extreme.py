@@ -231,9 +231,9 @@ def pressed(share: float) -> Scene:
 
 
 def cases() -> Iterator[Case]:
-    """The suite."""
-    angle = math.pi
+    """The cases of the suite, group by group."""
     near = 1e-6
+    right_angle = math.pi / 2
     changed: list[tuple[str, str, dict[str, Any]]] = [
         ("free length", "L/w = 0.1", {"L1": 0.1, "L2": 0.1}),
         ("free length", "L/w = 1e+08", {"L1": 1e8, "L2": 1e8}),
@@ -242,8 +242,12 @@ def cases() -> Iterator[Case]:
         ("springs", "k1 = 0", {"k1": 0.0}),
         ("springs", "k2 = 0", {"k2": 0.0}),
         ("springs", "k2 = 100 k1", {"k2": 1e2}),
-        ("springs", "nearly flat", {"alpha1": near, "alpha2": angle - near}),
-        ("springs", "nearly vertical", {"alpha1": angle / 2 - near, "alpha2": angle / 2 + near}),
+        ("springs", "nearly flat", {"alpha1": near, "alpha2": math.pi - near}),
+        (
+            "springs",
+            "nearly vertical",
+            {"alpha1": right_angle - near, "alpha2": right_angle + near},
+        ),
         ("load", "F_n = 1e-12 k1 w", {"F_n": 1e-12}),
         ("shape", "h/w = 1e-06", {"h": 1e-6}),
         ("shape", "h/w = 1000", {"h": 1e3}),
@@ -262,7 +266,6 @@ def cases() -> Iterator[Case]:
     for share in (1.0 - 1e-9, 1.0 + 1e-9, 1.0 + 1e-6):
         name = f"B1, from {share:.10g} of twice the static depth"
         yield Case("grazing, both edges at once", name, pressed(share), compared)
-    right_angle = math.pi / 2
     for tilt in (0.0, 1e-15, 1e-9):
         changes = {"alpha1": right_angle, "alpha2": right_angle, "k2": 1.0, "mu": 0.0}
         scene = scene_of("B2", PERIODS * PERIOD, **changes, theta0=tilt)
@@ -280,7 +283,7 @@ def cases() -> Iterator[Case]:
         yield Case("units", f"{model}, {name}", scene, compared)
     flying = Pad(**(UPRIGHT | {"k1": 0.0, "k2": 0.0, "F_n": 1.0}))
     scene = Scene("B1", flying, initial=(0, 5.0, 0, 0, 0, 40.0), stop=1.0, samples=2)
-    turned = math.pi / 2 / 40.0
+    turned = right_angle / 40.0  # s, until it has turned by 90 degrees
     yield Case("limits", "B1, overturns", scene, compared, "past 90 degrees", turned)
 
 

@@ -147,12 +147,10 @@ def modes(scene: Scene, at: Equilibrium) -> Modes:
 def examined(name: str, scene: Scene) -> SceneStability:
     """All of one scene."""
     found, reason = sliding_equilibrium(scene.pad_model)
-    return SceneStability(
+    return SceneStability.of(
+        scene.pad,
         name=name,
         model=scene.model,
-        mu=scene.pad.mu,
-        w=scene.pad.w,
-        h=scene.pad.h,
         branch=branch(scene),
         equilibrium=Missing(reason) if found is None else modes(scene, found),
     )

@@ -1,7 +1,6 @@
 """All statements of the article with their verdicts."""
 
-from squeal.article.claims.judging import JudgedClaim
-from squeal.article.report.latex import cells, long_table, typeset
+from squeal.article.report.latex import long_table, typeset
 from squeal.article.studies.claims import Claims
 from squeal.article.studies.sets import Sets
 
@@ -13,23 +12,20 @@ say so."""
 
 def table(claims: Claims, sets: Sets) -> str:
     """A row a statement."""
-    every = list(sets.sets.values())
-
-    def satisfied(claim: JudgedClaim) -> str:
-        return f"{sum(claim.id not in one.failing for one in every)} of {len(every)}"
-
-    def verdict(claim: JudgedClaim) -> str:
-        reproduced = rf"\verdict{{{claim.verdict}}}"
-        if claim.kind == "informative":
-            return reproduced
-        return f"{reproduced} ({claim.kind}: {typeset(claim.derivation)})"
-
-    columns = {
-        "": lambda c: rf"\scriptsize {c.id}",
-        "place": lambda c: typeset(c.where),
-        "statement": lambda c: typeset(c.statement),
-        "measured": lambda c: typeset(c.measured),
-        "verdict": verdict,
-        "sets": satisfied,
-    }
-    return long_table(*cells(columns, claims.claims))
+    rows = []
+    for claim in claims.claims:
+        verdict = rf"\verdict{{{claim.verdict}}}"
+        if claim.kind != "informative":
+            verdict += f" ({claim.kind}: {typeset(claim.derivation)})"
+        satisfied = sum(claim.id not in one.failing for one in sets.sets.values())
+        rows.append(
+            [
+                rf"\scriptsize {claim.id}",
+                typeset(claim.where),
+                typeset(claim.statement),
+                typeset(claim.measured),
+                verdict,
+                f"{satisfied} of {len(sets.sets)}",
+            ]
+        )
+    return long_table(["", "place", "statement", "measured", "verdict", "sets"], rows)
