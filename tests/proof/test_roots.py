@@ -199,7 +199,7 @@ def chain_held_by(share, n, rng):
     return K
 
 
-@pytest.mark.parametrize("n", [3, 20, 60])
+@pytest.mark.parametrize("n", [3, 30])
 def test_only_growth_below_the_data_is_a_free_motion(n):
     """By the translation q = 1 the data move 1' K 1 by the sum of the half ulps, and no more."""
     rng = np.random.default_rng(n)

@@ -10,8 +10,7 @@ from scipy.linalg import eigvals
 import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
-from squeal.examples.brake import solid_brake
-from squeal.examples.files import Size, write_example
+from squeal.examples.brake import solid_brake, write_brake
 from squeal.proof.large import BEYOND_CORE
 from squeal.queries.systems.roots import system_roots
 
@@ -70,8 +69,8 @@ def test_what_has_no_proof_is_refused(system):
 
 def test_the_command_says_so(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    write_example("brake", tmp_path, Size(rows=500))
-    words = ["eigenvalues", "brake/system.yaml", "--band", "500:4000", "--prove", "--json"]
+    write_brake(tmp_path, solid_brake(500, around=42))
+    words = ["eigenvalues", "system.yaml", "--band", "500:4000", "--prove", "--json"]
     assert main(words) == 0
     proof = json.loads(capsys.readouterr().out)["proof"]
     assert (proof["status"], proof["by"], proof["data"]) == ("proved", "enclosure", "as given")

@@ -19,7 +19,7 @@ from tests.conftest import ROOT
 
 @pytest.fixture(scope="module")
 def brake():
-    return solid_brake(500)
+    return solid_brake(500, around=60)
 
 
 def file_of(brake, stiffness=1.0, mass=1.0, length=1.0):

@@ -37,7 +37,9 @@ def test_friction_is_the_normal_force_along_the_motion(brake):
     assert friction @ (along * ~pad) == pytest.approx(-(force @ up), rel=1e-12)
 
 
-def test_it_squeals_with_friction_and_not_without(brake):
+def test_it_squeals_with_friction_and_not_without(small):
+    brake, growing = small
+    assert any(500.0 < hertz < 8000.0 for hertz, _ in growing)
     wanted = EigenvalueSelection(band=(500.0, 8000.0))
     still = system_roots(brake.system.replace({"mu": 0.0}), wanted)
     loud = system_roots(brake.system.replace({"mu": 0.6}), wanted)

@@ -18,8 +18,9 @@ from workflow.release import verify
 
 def test_a_job_ends_with_its_build():
     build = subprocess.Popen(["sleep", "100"])
+    waiting = ["timeit", "-n1", "-s", "import time", "time.sleep(100)"]
     job = subprocess.Popen(
-        [sys.executable, "-m", "workflow.processes", "timeit", "-n1", "while True: pass"],
+        [sys.executable, "-m", "workflow.processes", *waiting],
         cwd=ROOT,
         env=os.environ | {BUILD: str(build.pid)},
         stderr=subprocess.DEVNULL,
