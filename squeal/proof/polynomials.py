@@ -1,38 +1,44 @@
 """The changes of what grows over a range of the parameter p by algebra, for few rows and factors
-a + b p.
+that are rational functions of p.
 
-The determinant is a polynomial in s and p, and each of its irreducible factors is
-e(s^2) + s o(s^2). With the parameter a root of it reaches the imaginary axis only where the
-resultant of e and o vanishes. Without o roots come with their negative at every p, and leave the
-axis only where the discriminant of e vanishes. A root reaches zero where the constant coefficient
-vanishes, and infinity where the leading one does. Between these values of p one number of roots
-grows, which is counted exactly. Neither rounding nor ratios of stiffnesses matter.
+The determinant, without denominators, is a polynomial in s and p, and each of its irreducible
+factors is e(s^2) + s o(s^2). With the parameter a root of it reaches the imaginary axis only where
+the resultant of e and o vanishes. Without o roots come with their negative at every p, and leave
+the axis only where the discriminant of e vanishes. A root reaches zero where the constant
+coefficient vanishes, and infinity where the leading one does. Between these values of p one number
+of roots grows, which is counted exactly, as it is at those of these values that are doubles.
+Neither rounding nor ratios of stiffnesses matter.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.proof.balls import between, high_end, low_end, taylor_coefficients
+from squeal.proof.balls import high_end, low_end
 from squeal.proof.exact import PRECISION, pieces_of
 from squeal.proof.pieces import Piece
-from squeal.proof.ranges import Factor, Terms
+from squeal.proof.ranges import Terms
 
 try:
     import flint
 except ImportError:  # an extra
     flint = None
 
-MOST_ROWS = 8
-"""Of a component: its polynomials take up to two seconds, those of ten rows ten."""
+MOST_DEGREE = 8
+"""In p, of the determinant of a component, at least its rows: polynomials take up to two seconds,
+those of degree ten ten."""
 BESIDE = 1e-12
 """Of the distance to the next zero: so far beside a zero growing roots are counted."""
 Polynomial = Any
 """A `flint.fmpq_mpoly` in s and p, or a `flint.fmpz_poly` in one of them."""
+Number = Any
+"""A double, an integer, or a rational function."""
 
 
 class Change(NamedTuple):
@@ -80,7 +86,7 @@ class ExactRange:
         factors: list[Polynomial] = []
         changes: list[Change] = []
         for component in terms.components():
-            if component.n > MOST_ROWS or not component.is_real:
+            if component.n > MOST_DEGREE or not component.is_real:
                 return None
             determinant = _determinant_of(component, low, high)
             if not determinant:
@@ -123,33 +129,36 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
         # between two zeros one number of roots grows; the neighbouring double would do as well, but
         # beside 0 it takes a thousand digits
         next_low = zeros[k + 1].low if k + 1 < len(zeros) else max(high, zero.high)
-        above = _growing_at(factor, zero.high + BESIDE * (next_low - zero.high))
-        if zero.low > low:
-            last_high = zeros[k - 1].high if k else low
-            below = _growing_at(factor, zero.low - BESIDE * (zero.low - last_high))
-            most = zero.multiplicity
-        else:
-            if sum(_order_at(polynomial, low) for polynomial in others) < zero.multiplicity:
-                return None  # some zero lies beside the end
-            below = _growing_at(factor, low)  # what lies on the axis there does not grow yet
-            most = 1  # nothing can cease to grow in the range
-        rise = len(above) - len(below)
-        # of several changes only a rise of two each excludes that some cancel
-        if most > 1 and abs(rise) < 2 * most:
-            return None
-        # the slowest ones have just begun to grow, or are about to end to
-        slowest = above[:rise] if rise > 0 else below[:-rise]
-        sign = int(np.sign(rise))
+        last_high = zeros[k - 1].high if k else low
+        counted = [_growing_at(factor, zero.high + BESIDE * (next_low - zero.high))]
         start = max(zero.low, low)
-        of_zero = []
-        for root in slowest:
-            if root.imag == 0.0:
-                of_zero.append(Change(start, zero.high, sign, 0.0))
-            elif root.imag > 0.0:  # which stands for its conjugate, too
-                of_zero.append(Change(start, zero.high, 2 * sign, root.imag))
-        if sum(change.rise for change in of_zero) != rise:
-            return None
-        changes += of_zero
+        at = max((zero.low + zero.high) / 2.0, low)
+        is_at = sum(_order_at(polynomial, at) for polynomial in others) == zero.multiplicity
+        if is_at:  # what grows there grows on both sides, so that nothing cancels
+            counted.insert(0, _growing_at(factor, at))
+        elif zero.low <= low:
+            return None  # some zero lies beside the end
+        if zero.low > low:
+            counted.insert(0, _growing_at(factor, zero.low - BESIDE * (zero.low - last_high)))
+        for before, after in itertools.pairwise(counted):
+            rise = len(after) - len(before)
+            # of several changes only a rise of two each excludes that some cancel, or no growth on
+            # one side
+            may_cancel = zero.multiplicity > 1 and abs(rise) < 2 * zero.multiplicity
+            if not is_at and may_cancel and before and after:
+                return None
+            # the slowest ones have just begun to grow, or are about to end to
+            slowest = after[:rise] if rise > 0 else before[:-rise]
+            sign = int(np.sign(rise))
+            of_zero = []
+            for root in slowest:
+                if root.imag == 0.0:
+                    of_zero.append(Change(start, zero.high, sign, 0.0))
+                elif root.imag > 0.0:  # which stands for its conjugate, too
+                    of_zero.append(Change(start, zero.high, 2 * sign, root.imag))
+            if sum(change.rise for change in of_zero) != rise:
+                return None
+            changes += of_zero
     return changes
 
 
@@ -184,47 +193,97 @@ def _order_at(polynomial: Polynomial, value: float) -> int:
 
 def _exactly(value: float) -> Any:
     """A double as a rational number."""
-    return flint.fmpq(*value.as_integer_ratio())
+    return flint.fmpq(*float(value).as_integer_ratio())
 
 
 def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
-    """det (M s^2 + C s + K); None if a factor is not a + b p, or if entries have few digits."""
+    """det (M s^2 + C s + K), times a power of the common denominator of the factors.
+
+    None if a factor is no rational function of p or has a pole in the range, if entries have few
+    digits, and if the degrees are too large.
+    """
     ring = flint.fmpq_mpoly_ctx.get(("s", "p"), "lex")
     s, p = ring.gens()
-    rows = [[0 * s] * terms.n for _ in range(terms.n)]
+    one = p**0
+    denominator = one
+    parts = []
     for power, name in enumerate("KCM"):
         for term, X in zip(getattr(terms, name), terms.balls[name], strict=True):
-            coefficients = _affine(term.factor, low, high)
-            if coefficients is None or not X.has_all_digits:
+            if not X.has_all_digits:
                 return None
-            constant, slope = coefficients
-            factor = (constant + slope * p) * s**power
-            for i, j in np.argwhere(X.mid).tolist():
-                rows[i][j] += _exactly(float(X.mid[i, j])) * factor
+            quotient = Quotient(one, one)
+            if term.factor is not None:
+                try:
+                    quotient = quotient * term.factor(Quotient(p, one))
+                except (ArithmeticError, ValueError):
+                    return None
+            denominator *= quotient.under / denominator.gcd(quotient.under)
+            parts.append((power, quotient, X.mid))
+    if _zeros_within([_of_parameter(denominator, 0)], low, high):
+        return None
+    rows = [[0 * s] * terms.n for _ in range(terms.n)]
+    for power, quotient, matrix in parts:
+        factor = quotient.over * (denominator / quotient.under)
+        if terms.n * factor.degrees()[1] > MOST_DEGREE:
+            return None
+        for i, j in np.argwhere(matrix).tolist():
+            rows[i][j] += _exactly(float(matrix[i, j])) * factor * s**power
     return _determinant(rows)
 
 
-def _affine(factor: Factor | None, low: float, high: float) -> list[Any] | None:
-    """Rational numbers a and b of a factor a + b p; None of any other factor.
+@dataclass(frozen=True, eq=False)
+class Quotient:
+    """A rational function of the parameter: two polynomials, or rational numbers.
 
-    It has to be that between the range and p = 0 as well, where a and b are taken.
+    Its operations raise ArithmeticError or ValueError where the result is none, or of so large a
+    power that it takes long.
     """
-    if factor is None:
-        return [flint.fmpq(1), flint.fmpq(0)]
-    try:
-        values = between(min(low, 0.0), max(high, 0.0))
-        bend = taylor_coefficients(factor(flint.arb_series([values, 1], prec=3)), 3)[2]
-        coefficients = taylor_coefficients(factor(flint.arb_series([0, 1], prec=2)), 2)
-    except (ValueError, ZeroDivisionError):  # it divides by what may be zero
-        return None
-    # a ball that holds 0 differs from 0 neither certainly nor not at all
-    if not (bend == 0 and all(x.is_exact() for x in coefficients)):
-        return None
-    rational = []
-    for x in coefficients:
-        mantissa, exponent = x.man_exp()
-        rational.append(flint.fmpq(mantissa) * flint.fmpq(2) ** int(exponent))
-    return rational
+
+    over: Polynomial
+    under: Polynomial
+
+    @staticmethod
+    def of(x: Number) -> Quotient:
+        """A function as it is, a number exactly."""
+        return x if isinstance(x, Quotient) else Quotient(_exactly(x), flint.fmpq(1))
+
+    def __add__(self, other: Number) -> Quotient:
+        b = Quotient.of(other)
+        return Quotient(self.over * b.under + b.over * self.under, self.under * b.under)
+
+    def __neg__(self) -> Quotient:
+        return Quotient(-self.over, self.under)
+
+    def __sub__(self, other: Number) -> Quotient:
+        return self + -Quotient.of(other)
+
+    def __rsub__(self, other: Number) -> Quotient:
+        return -self + other
+
+    def __mul__(self, other: Number) -> Quotient:
+        b = Quotient.of(other)
+        return Quotient(self.over * b.over, self.under * b.under)
+
+    def __truediv__(self, other: Number) -> Quotient:
+        b = Quotient.of(other)
+        if b.over == 0:
+            raise ZeroDivisionError
+        return Quotient(self.over * b.under, self.under * b.over)
+
+    def __rtruediv__(self, other: Number) -> Quotient:
+        return Quotient.of(other) / self
+
+    def __pow__(self, exponent: Number) -> Quotient:
+        number = Quotient.of(exponent)
+        power = number.over / number.under
+        if power.q != 1 or abs(power) > MOST_DEGREE:
+            raise ValueError
+        if power < 0:
+            return (1 / self) ** -int(power)
+        return Quotient(self.over ** int(power), self.under ** int(power))
+
+    __radd__ = __add__
+    __rmul__ = __mul__
 
 
 def _determinant(rows: list[list[Polynomial]]) -> Polynomial:

@@ -267,7 +267,8 @@ def _open_share(system: TermSystem) -> float:
 def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
     """A product of formulas as a function of a ball of the parameter; None where it is 1.
 
-    The other parameters have the system's values. Power series of balls give derivatives too.
+    The other parameters have the system's values. Power series of balls give derivatives too, and
+    a rational function (`squeal.proof.polynomials.Quotient`) one of the parameter.
     """
     if all(not formula.names and formula.value({}) == 1.0 for formula in formulas):
         return None
@@ -275,12 +276,16 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
 
     values = dict(system.parameters)
 
-    def as_ball(x: object) -> object:
-        return x if isinstance(x, flint.arb_series) else flint.arb(x)
-
     def product(ball: Any) -> Any:
         at = values | {system.parameter: ball}
-        first, *others = [formula.in_arithmetic(at, as_ball) for formula in formulas]
+        number = flint.arb
+        if not isinstance(ball, flint.arb | flint.arb_series):
+            number = type(ball).of
+
+        def constant(x: object) -> object:
+            return x if x is ball else number(x)
+
+        first, *others = [formula.in_arithmetic(at, constant) for formula in formulas]
         return math.prod(others, start=first)
 
     return product

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from squeal.proof import HALF_ULP
-from squeal.proof.polynomials import MOST_ROWS, ExactRange
+from squeal.proof.polynomials import MOST_DEGREE, ExactRange
 from squeal.proof.ranges import Term, Terms
 
 pytest.importorskip("flint")
@@ -58,28 +58,75 @@ def test_the_threshold_of_mode_coupling_is_exact():
     assert changes(system(ONE), high=0.9) == []
 
 
-@pytest.mark.parametrize("factor", [lambda mu: mu * mu / mu, lambda mu: mu * mu * mu / (mu * mu)])
-def test_a_factor_with_a_removable_pole_is_declined(factor):
-    """At mu = 0, where a + b mu is read, it has no value."""
+def with_friction(factor):
+    """The pair of masses whose friction is a function of mu, from 1 on it flutters."""
     terms = system(ONE)
-    moved = [*terms.K[:2], Term(terms.balls["K"][2].mid, factor)]
-    assert ExactRange.of(Terms(terms.M, terms.C, moved, HALF_ULP), 0.5, 2.0) is None
+    return Terms(terms.M, terms.C, [*terms.K[:2], Term(terms.K[2].matrix, factor)], HALF_ULP)
+
+
+@pytest.mark.parametrize("factor", [lambda mu: mu * mu / mu, lambda mu: mu * mu * mu / (mu * mu)])
+def test_a_factor_with_a_pole_in_the_range_is_declined(factor):
+    """At mu = 0 it has no value."""
+    assert ExactRange.of(with_friction(factor), 0.0, 2.0) is None
+    assert changes(with_friction(factor), 0.5) == [(1.0, 2)]
 
 
 @pytest.mark.parametrize(
-    "factor",
+    ("factor", "thresholds"),
     [
-        lambda mu: mu * mu * mu,
-        lambda mu: mu * (1 + mu * mu),
-        lambda mu: (mu - 1) * (mu - 1) * (mu - 1) + 3 * mu,
-        lambda mu: mu * mu,
+        (lambda mu: mu * mu * mu, {1.0: 2}),
+        (lambda mu: mu * (1 + mu * mu), {0.6823278038280193: 2}),
+        (lambda mu: (mu - 1) ** 3 + 3 * mu, {0.4039283620166784: 2}),
+        (lambda mu: 4.0 * mu * mu, {0.5: 2}),
+        (lambda mu: 1.5 * mu * (2 - mu), {1.0 - 3**-0.5: 2, 1.0 + 3**-0.5: -2}),
+        (lambda mu: 2 / (1 + mu), {1.0: -2}),
+        (lambda mu: 2 * mu / (1 + mu * mu) + 0.25, {(4.0 - 7**0.5) / 3.0: 2}),
+        (lambda mu: (2 - mu) ** -2, {1.0: 2}),
+        (lambda mu: 1 - (mu - 0.75) ** 2, {}),
+        (lambda mu: 1 + (mu - 0.75) ** 2, {0.75: 0}),
     ],
 )
-def test_a_factor_that_bends_somewhere_is_declined(factor):
-    """The ball of the bends of mu**3 holds 0, from which it does not certainly differ."""
-    terms = system(ONE)
-    moved = [*terms.K[:2], Term(terms.balls["K"][2].mid, factor)]
-    assert ExactRange.of(Terms(terms.M, terms.C, moved, HALF_ULP), 0.0, 1.0) is None
+def test_a_rational_function_of_the_parameter_is_exact(factor, thresholds):
+    """Flutter where it exceeds 1; where it only reaches 1 nothing grows at that value alone."""
+    expected = []
+    for value, rise in thresholds.items():
+        for each in [rise] if rise else [-2, 2]:
+            expected.append((pytest.approx(value, rel=1e-14), each))
+    assert changes(with_friction(factor), high=1.75) == expected
+
+
+@pytest.mark.parametrize("factor", [lambda mu: mu**0.5, lambda mu: mu**9, lambda mu: 1 / (mu - mu)])
+def test_other_factors_are_declined(factor):
+    assert ExactRange.of(with_friction(factor), 0.5, 2.0) is None
+
+
+def rational(rng):
+    """A rational function of small integers without a pole from 0 to 2, and its values."""
+    a, b, c, d, e = rng.integers(-3, 4, 5).tolist()
+    return lambda mu: (a + b * mu + c * mu * mu) / (4 + d * d * mu) + e * mu / (1 + mu)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_counts_of_rational_functions_are_those_of_numpy(seed):
+    """At a thousand values, of random matrices with several such factors."""
+    rng = np.random.default_rng(seed)
+    factors = [rational(rng), rational(rng)]
+    K0, K1, K2 = rng.integers(-4, 5, (3, 2, 2)) * np.array([1.0, 0.5, 0.5])[:, None, None]
+    C0, C1 = rng.integers(-2, 3, (2, 2, 2)) / 8.0
+    K = [Term(K0 + 6.0 * np.eye(2)), Term(K1, factors[0]), Term(K2, factors[1])]
+    C = [Term(C0), Term(C1, factors[0])] if seed % 2 else []
+    exact = ExactRange.of(Terms([Term(np.eye(2))], C, K, HALF_ULP), 0.0, 2.0)
+    assert exact is not None
+    for mu in np.linspace(0.0013, 1.9987, 1000):
+        stiffness = K0 + 6.0 * np.eye(2) + factors[0](mu) * K1 + factors[1](mu) * K2
+        damping = (C0 + factors[0](mu) * C1) * (seed % 2)
+        A = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -damping]])
+        roots = np.linalg.eigvals(A)
+        if np.min(abs(roots.real)) < 1e-5 and seed % 2:  # beside a threshold
+            continue
+        start = int(np.sum(exact.roots_at(0.0).real > 0.0))
+        expected = start + sum(change.rise for change in exact.changes if change.high < mu)
+        assert np.sum(roots.real > 1e-5) == expected
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.125])
@@ -111,14 +158,29 @@ def test_what_begins_and_ends_at_one_value_is_told_apart(damping):
     assert [value for value, _ in both] == pytest.approx([1.0 + offset] * 2, rel=1e-15)
 
 
-def test_a_root_that_touches_the_axis_is_declined():
-    """lambda^2 + lambda / 8 + (mu - 1)^2 = 0: as far as counts tell, two roots might cross."""
+def touching(growth, at=1.0):
+    """lambda^2 - growth lambda + (mu - at)^2 = 0, of a spring without mass in a row of its own."""
     only = np.diag([1.0, 0.0])
     swap = np.array([[0.0, 1.0], [1.0, 0.0]])
-    K = [Term(-swap - np.diag([0.0, 1.0])), Term(swap, lambda mu: mu)]
-    touching = Terms([Term(only)], [Term(only / 8.0)], K, HALF_ULP)
-    assert ExactRange.of(touching, 0.0, 2.0) is None
-    assert changes(touching, high=0.5) == []
+    K = [Term(-at * swap - np.diag([0.0, 1.0])), Term(swap, lambda mu: mu)]
+    return Terms([Term(only)], [Term(-growth * only)], K, HALF_ULP)
+
+
+@pytest.mark.parametrize("at", [1.0, 0.3, 1 / 3])
+def test_a_root_that_touches_the_axis_from_decay_is_no_change(at):
+    assert changes(touching(-0.125, at)) == []
+
+
+def test_a_root_that_touches_the_axis_from_growth_ends_and_begins_to_grow():
+    """One of two real roots is zero at mu = 1 alone."""
+    assert changes(touching(0.125)) == [(1.0, -1), (1.0, 1)]
+
+
+def test_a_touch_from_growth_at_no_double_is_declined():
+    """K = 4 + x J, x = mu^2 - 2: growth on both sides of sqrt(2), at which no count is made."""
+    turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    K = [Term(4.0 * np.eye(2)), Term(turn, lambda mu: mu * mu - 2)]
+    assert ExactRange.of(Terms([Term(np.eye(2))], [], K, HALF_ULP), 0.0, 2.0) is None
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.125])
@@ -159,9 +221,9 @@ def test_what_polynomials_do_not_know_is_left_to_the_enclosure():
     zero = np.diag([1.0, 0.0])
     springs = [Term(SPRINGS)]
     inverse = Terms([Term(zero)], [], [*springs, Term(zero, lambda mu: 1 / mu)], HALF_ULP)
-    square = Terms([Term(zero)], [], [*springs, Term(zero, lambda mu: mu * mu)], HALF_ULP)
+    power = Terms([Term(zero)], [], [*springs, Term(zero, lambda mu: mu**5)], HALF_ULP)
     few_digits = Terms([Term(zero)], [], [Term(SPRINGS, errors=1e-3 * SPRINGS)], HALF_ULP)
-    n = MOST_ROWS + 1
+    n = MOST_DEGREE + 1
     large = Terms([Term(np.diag(np.arange(n)))], [], [Term(np.ones((n, n)))], HALF_ULP)
-    for terms in (inverse, square, few_digits, large):
+    for terms in (inverse, power, few_digits, large):
         assert ExactRange.of(terms, 0.0, 2.0) is None

@@ -283,8 +283,8 @@ COINCIDENT = [
 
 @pytest.mark.parametrize(("losses", "reason"), COINCIDENT)
 def test_what_one_interval_does_not_tell_apart_is_not_proved(losses, reason):
-    """A factor that is no line is left to the enclosure."""
-    answer = squeal.thresholds(coincident(*losses, factor="mu + (mu - 0.75)**2"))
+    """A factor of so large a power is left to the enclosure."""
+    answer = squeal.thresholds(coincident(*losses, factor="mu + (mu - 0.75)**10"))
     assert (answer.certified, answer.proof["status"]) == (False, "open")
     assert reason in answer.proof["reason"]
 
@@ -300,6 +300,46 @@ def test_exact_thresholds_are_told_apart(losses):
         assert crossing.direction == ("up" if sign > 0 else "down")
         left.remove(crossing)
     assert not left
+
+
+def circulatory(factor):
+    """Two equal rows, coupled by a skew stiffness x: they grow wherever x is other than zero."""
+    return squeal.System(np.eye(2), K={"1": 4.0 * np.eye(2), factor: [[0.0, 1.0], [-1.0, 0.0]]})
+
+
+@pytest.mark.parametrize("factor", ["mu**2", "mu**3", "mu / (1 + mu)", "4/3 * mu * (2 + mu)"])
+def test_growth_from_the_low_end_on_is_proved(factor):
+    answer = squeal.thresholds(circulatory(factor))
+    (crossing,) = answer.crossings
+    assert (crossing.mu, crossing.kind, crossing.direction) == (0.0, "flutter", "up")
+    assert (answer.certified, answer.proof["by"]) == (True, "exact")
+
+
+@pytest.mark.parametrize(("factor", "touch"), [("mu - 0.3", 0.3), ("1 - 0.75 / (mu + 0.25)", 0.5)])
+def test_growth_that_pauses_at_one_value_is_proved(factor, touch):
+    answer = squeal.thresholds(circulatory(factor), 1.0)
+    assert [(c.mu, c.direction) for c in answer.crossings] == [(touch, "down"), (touch, "up")]
+    assert answer.certified
+    assert not answer.points  # the verdict is flutter on both sides
+
+
+@pytest.mark.parametrize("factor", ["mu**2 - 2", "(mu**4)**0.5 - 2", "mu**9 - 2", "2**0.5 - mu"])
+def test_growth_that_pauses_where_no_count_is_made_is_open_there(factor):
+    answer = squeal.thresholds(circulatory(factor), 2.0)
+    assert (answer.certified, answer.proof["status"]) == (False, "open")
+    pause = 2.0 ** (1 / 9) if "9" in factor else 2.0**0.5
+    assert answer.proof["where"] == pytest.approx(pause, abs=1e-5)
+
+
+def test_a_factor_with_the_parameter_below_has_exact_thresholds():
+    """Row 1, without row 2, q'' + (1/mu - 4/3) q' + 4 q = 0; row 2 is a spring and a force of q."""
+    one = np.diag([1.0, 0.0])
+    K = np.array([[4.0, 0.0], [1.0, 2.0**-60]])
+    C = {"1/mu": one, "4/3": -one}
+    answer = squeal.thresholds(squeal.System(one, C, K, parameters={"mu": 0.5}), 2.0, low=0.25)
+    (crossing,) = answer.crossings
+    assert (crossing.mu, crossing.direction) == (pytest.approx(0.75, rel=1e-15), "up")
+    assert answer.certified
 
 
 @pytest.mark.parametrize("free_rows", [0, 1, 2])
