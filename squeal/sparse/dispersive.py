@@ -50,7 +50,7 @@ FROZEN_FREQUENCIES = 7  # frequencies of a band, its ends among them
 MOST_FREQUENCIES = 60  # frequencies at all: where roots merge others join
 NEAR_INTERVALS = 1.5  # intervals from a frozen frequency within which its roots start
 NEWTON_STEPS = 30  # of Newton's method
-CONVERGED_STEP = 1e-10  # last step, relative to the root; its error is about the square
+CONVERGED_STEP = 1e-10  # last steps of z and omega, relative to the root; its error is the square
 SAME_SHARE = 1e-7  # relative: nearer roots are one
 
 
@@ -233,9 +233,10 @@ def _newton(
         step += root_by_omega * omega_step
         z = z + step
         omega = float(np.clip(omega + omega_step, grid[0], grid[-1]))
-        if abs(step) <= CONVERGED_STEP * abs(z):
-            is_clipped = abs(z.imag - omega) > CONVERGED_STEP * abs(z)
-            return None if is_clipped else z
+        # both: at the start z has no step if moduli are flat there; at an end of the grid omega has
+        # one that does not shrink
+        if max(abs(step), abs(omega_step)) <= CONVERGED_STEP * abs(z):
+            return z
     return None
 
 

@@ -4,6 +4,8 @@ from contextlib import nullcontext
 
 import numpy as np
 import pytest
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
 from scipy.sparse import csc_array
 
 import squeal
@@ -148,6 +150,22 @@ def test_every_root_is_found_where_frequencies_are_double_and_moduli_strong():
         assert np.min(np.abs(frozen(z.imag) - z)) < 1e-7 * abs(z)
     for omega in np.linspace(600.0, 4400.0, 12) * 2 * np.pi:
         assert np.sum(found.imag < omega) == np.sum(frozen(omega).imag < omega)
+
+
+@pytest.mark.parametrize("region", [None, (-500.0, 500.0, -1.0, 19000.0)])
+def test_a_modulus_that_is_flat_at_a_frozen_frequency_adds_no_root(region):
+    """A root of the frozen matrices has no step there, but the frequency has to be its own."""
+    frequencies = (0.0, 1000.0, 2000.0, 4000.0)  # Hz
+    storage = (1.0, 1.0, 1.5, 1.5)
+    table = Modulus(table=Table("flat.csv", frequencies, storage, (0.0, 0.0, 0.0, 0.0)))
+    own = np.array([1.0, 2.5])
+    K = (Term(RATE**2 * np.diag(own)), Term(RATE**2 / 2 * np.eye(2), table))
+    system = TermSystem((Term(np.eye(2)),), (), K, {"mu": 0.0})
+    where = {"region": region} if region else {"band": (200.0, 3000.0)}
+    found = squeal.eigenvalues(system, **where)
+    curve = PchipInterpolator(frequencies, storage)
+    exact = [brentq(lambda hz, k=k: hz - 1000 * np.sqrt(k + curve(hz) / 2), 500, 3000) for k in own]
+    assert found.values.imag / (2 * np.pi) == pytest.approx(exact, rel=1e-9)
 
 
 def test_structural_damping_is_viscous_damping_at_the_frequency():
