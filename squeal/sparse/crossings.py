@@ -497,8 +497,8 @@ def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing |
     """The crossing if it lies in the range of the parameter from `low` to `high`, otherwise None.
 
     Rounding (the interval of the crossing) may leave open on which side of an end of the range it
-    lies: it is then placed at that end. At `low` only a root whose growth begins is of interest:
-    one whose growth ends there grows nowhere in the range.
+    lies: it is then placed at that end. A root whose growth ends at `low` grows nowhere in the
+    range, and gives None.
     """
     first, last = crossing.interval
     if first <= low <= last:
@@ -616,7 +616,7 @@ class _NewtonStep(NamedTuple):
     """Where a step of Newton's method ends."""
 
     crossing: AxisCrossing
-    is_converged: bool  # True if the step is rounding
+    is_converged: bool  # True if the steps of p and of omega are rounding
 
 
 def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _NewtonStep | None:
@@ -643,17 +643,19 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         return None
     inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
     omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
-    # how far rounding of P x, in either equation, may move p, the second unknown
-    uncertain = 2 * EPS * at_guess.size * float(np.abs(inverse[1]).sum())
+    # how far rounding of P x, in both equations, may move the two unknowns
+    uncertain = 2 * EPS * at_guess.size * np.abs(inverse).sum(axis=1)
+    omega_uncertain, p_uncertain = uncertain.tolist()
     new_p = p + step
     new_omega = guess.omega + omega_step
-    is_small = abs(step) <= CONVERGED_STEP * max(abs(new_p), abs(p) or 1.0)
-    is_small &= abs(omega_step) <= CONVERGED_STEP * max(abs(new_omega), 1.0)
+    p_limit = max(p_uncertain, CONVERGED_STEP * max(abs(new_p), abs(p) or 1.0))
+    omega_limit = max(omega_uncertain, CONVERGED_STEP * max(abs(new_omega), 1.0))
+    is_converged = abs(step) <= p_limit and abs(omega_step) <= omega_limit
     if system.follows:  # matrices depend on the frequency by tables, which end
         least, most = system.covered  # Hz
         new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)
     slope = at_guess.growth_slope
-    half_width = uncertain + abs(step) + 2 * EPS * abs(new_p)
+    half_width = p_uncertain + abs(step) + 2 * EPS * abs(new_p)
     crossing = AxisCrossing(
         value=new_p,
         omega=abs(new_omega),  # a step beyond zero ends at the conjugate root
@@ -664,4 +666,4 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         right=guess.right,
         left=guess.left,
     )
-    return _NewtonStep(crossing, bool(is_small or abs(step) <= uncertain))
+    return _NewtonStep(crossing, is_converged)

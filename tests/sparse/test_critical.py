@@ -138,6 +138,20 @@ def test_a_real_root_that_reaches_zero_is_a_divergence(rng):
             axis_crossing(ScaledSystem(still), "p", CrossingGuess(0.3, omega, near, near))
 
 
+@pytest.mark.parametrize("error", [1e-2, 1e-4])
+def test_a_crossing_has_its_frequency_where_the_parameter_is_known(error):
+    """Damping 0.2 - p of row 2 alone: p is exact from the start, and only omega has to move."""
+    frequencies = np.arange(1.0, 7.0)  # rad/s
+    C = {"1": 0.2 * np.eye(6), "p": -np.diag(np.eye(6)[1])}
+    system = squeal.System(np.eye(6), C, np.diag(frequencies**2), {"p": 0.1}, parameter="p")
+    mode = np.eye(6)[1] + 0j
+    guess = CrossingGuess(0.2, 2.0 * (1 + error), mode, mode)
+    crossing = axis_crossing(ScaledSystem(system), "p", guess)
+    assert crossing.value == pytest.approx(0.2, rel=1e-14)
+    assert crossing.omega == pytest.approx(2.0, rel=1e-14)
+    assert crossing.residual < 1e-10
+
+
 @pytest.mark.parametrize("low", [350.0, -600.0])
 def test_a_root_of_a_structural_loss_factor_crosses_where_it_is_known_to(low, rng):
     """One root and no mirror image: below the axis lie images that grow without meaning."""
