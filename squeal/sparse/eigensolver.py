@@ -439,9 +439,9 @@ def _searched_parts(
 ) -> Iterator[_PartRoots]:
     """The parts into which a region is halved, each with its roots; together they are the region.
 
-    A part is halved if no subspace reaches all of its roots, and unless it is small, if they are
-    not counted although `certify`. Raises ComputationError for a part that would become too small,
-    and after `MOST_PARTS` parts.
+    A part is halved if no subspace reaches all of its roots; unless it is small, also if its roots
+    were to be counted (`certify`) and are not. Raises ComputationError for a part that would become
+    too small, and after `MOST_PARTS` parts.
     """
     listed = 0  # roots in the parts so far
     pending = [region]
@@ -521,7 +521,7 @@ def _roots_around(
             single=attempt == 0,
         )
         reach = rough.reach - offset  # from the centre
-        if reach < 1.02 * region.radius:  # roots in the corners of the part may be unknown
+        if reach < 1.02 * region.radius:  # roots in or at the corners of the part may be unknown
             if attempt == 0 and reach <= 0.3 * region.radius:
                 continue  # so little may be due to single precision: once more, in double
             return None
@@ -550,10 +550,11 @@ def _count_in_disc(
 
     `count_roots` divides det P by the factors z - v of known values v: of `roots`, in the disc, and
     outside of it of rough roots, and of unconverged Ritz values that are distant. A value outside
-    changes no count, be it a root or not, since z - v makes no turn around zero. But distant Ritz
-    values stand for the many roots beyond, whose factors they cancel roughly: eight determinants
-    then resolve the quotient in place of 16. Of 150,000 random sets with a missing root, and a Ritz
-    value right behind it, eight determinants took one for complete; without Ritz values five.
+    changes no count, be it a root or not, since z - v makes no turn around zero. Distant Ritz
+    values save determinants: they stand for the many roots beyond, whose factors in det P they
+    cancel roughly, so that eight determinants resolve the quotient in place of 16. Of 150,000
+    random sets with a missing root, and a Ritz value right behind it, eight determinants took one
+    for complete; without Ritz values five.
 
     The factor of `rough` lends its memory, and solves nothing afterwards.
     """
@@ -605,7 +606,7 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         reach = rough.reach - shift  # from zero
         reached = sizes[sizes < reach]
         if len(reached) < min(modes, problem.n):
-            break  # the subspace does not reach so far
+            break  # the subspace does not reach all requested modes
         region = _disc_of_lowest(reached, modes, reach)
         roots = corrected_roots(problem, rough.factor, basis, region)
         if roots is None:
@@ -632,8 +633,8 @@ def _sizes_of_modes(problem: ScaledProblem, values: ComplexArray) -> Array:
     may be the zeros of a rigid body. A real root counts although its error may put it below the
     real axis."""
     sizes = np.abs(values)
-    counts = (values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= _rigid_limit(problem))
-    return np.sort(sizes[counts])
+    is_mode = (values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= _rigid_limit(problem))
+    return np.sort(sizes[is_mode])
 
 
 def _lowest_frequency_scale(problem: ScaledProblem) -> float:
@@ -686,8 +687,9 @@ def _lowest_of_squares(problem: ScaledProblem, modes: int, largest: float, certi
     The squares grow until the disc in one of them, of radius half width, holds `modes` modes. After
     `MOST_ENLARGEMENTS` the roots of the last disc are returned, however few.
     """
-    half_width = 1.02 * largest  # the largest root itself lies well inside
+    half_width = 1.02 * largest / ENLARGEMENT  # 1.02: the largest root itself lies inside
     for _ in range(MOST_ENLARGEMENTS):
+        half_width *= ENLARGEMENT
         # of real matrices the half above the real axis, and the axis: conjugates lie below
         low = -1e-6 * half_width if problem.is_real else -half_width
         square = Rectangle(-half_width, half_width, low, half_width)
@@ -696,10 +698,9 @@ def _lowest_of_squares(problem: ScaledProblem, modes: int, largest: float, certi
         if problem.is_real:
             roots = roots.select(roots.values.imag >= 0.0)
         sizes = _sizes_of_modes(problem, roots.values)
-        sizes = sizes[sizes < half_width]
+        sizes = sizes[sizes < half_width]  # not those in the corners of the square
         if len(sizes) >= min(modes, problem.n):
             break
-        half_width *= ENLARGEMENT
     region = _disc_of_lowest(sizes, modes, half_width)
     roots = roots.select(region.contains(roots.values))
     if problem.is_real:

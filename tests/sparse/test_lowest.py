@@ -97,6 +97,16 @@ def test_a_large_system_grows_its_region_until_it_holds_the_lowest(monkeypatch):
     assert found.certified
 
 
+def test_no_disc_is_certified_beyond_the_last_square(monkeypatch):
+    """Of one square, of half width 2.04, that holds two of five modes; the next root is 2.2."""
+    monkeypatch.setattr(eigensolver, "MOST_ENLARGEMENTS", 1)
+    w = np.array([1.0, 2.0, 2.2, 9.0, 9.5, 10.0])
+    problem = scaled_problem(np.eye(6), None, np.diag(w**2))
+    found = eigensolver._lowest_of_squares(problem, 5, 2.0, certify=True)
+    assert upper(found) == pytest.approx(w[w < found.region.radius])
+    assert found.certified
+
+
 @pytest.mark.parametrize("rows", [12, 410])
 def test_the_lowest_modes_are_those_of_least_size_in_any_number_of_rows(rows):
     """Oscillators -d +- i w; the first creeps: roots -300 and -500, |lambda| above those listed."""
