@@ -193,8 +193,8 @@ def _keys_of(document: dict[str, Any]) -> Group:
     numbers = {str(name): Key("a parameter", ANY) for name in names}
     keys = {"parameters": Key("named numbers", Group(numbers))}  # listed first
     for name, key in group.keys.items():
-        is_list_or_mapping = type(key.kind) in (Several, Named)  # no text of an option holds one
-        if not is_list_or_mapping:
+        stands_in_file_alone = type(key.kind) in (Several, Named)  # such as components
+        if not stands_in_file_alone:
             keys[name] = key
     return Group(keys)
 

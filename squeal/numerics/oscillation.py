@@ -60,9 +60,10 @@ def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
         too_short = abs(value.imag) * duration < 4 * np.pi  # two periods
     if too_short:
         return None
-    if abs(value.real) <= FAINT * abs(value):  # the growth rate is rounding
-        return complex(0.0, abs(value.imag))
-    return complex(value.real, abs(value.imag))
+    growth_rate = value.real
+    if abs(growth_rate) <= FAINT * abs(value):  # it is rounding
+        growth_rate = 0.0
+    return complex(growth_rate, abs(value.imag))
 
 
 def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:

@@ -81,7 +81,8 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
         return modes.modes_drawing(name, answer.eigenvalues)
     pad = source.scene.pad
     assert source.analysis is not None
-    shapes = mode_shapes(source.analysis.spectrum, (1.0, 1.0, pad.w))
+    # largest where x, y or, of the angle, the edge of the pad moves most
+    shapes = mode_shapes(source.analysis.spectrum, levers=(1.0, 1.0, pad.w))
     figure = modes.pad_figure(pad, source.analysis.q, shapes, answer.eigenvalues)
     return modes.modes_drawing(name, answer.eigenvalues, figure)
 
@@ -107,7 +108,7 @@ def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
         assert isinstance(source, PadSource)
         assert source.analysis is not None
         pad = source.scene.pad
-        mode = mode_shape(shape, root, (1.0, 1.0, pad.w))
+        mode = mode_shape(shape, root, levers=(1.0, 1.0, pad.w))
         figure = modes.pad_figure(pad, source.analysis.q, [mode])
         return modes.modes_drawing(name, [root], figure)
     frequency = number(root.frequency_hz)

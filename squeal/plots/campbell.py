@@ -192,10 +192,10 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
     Two neighbouring speeds of the answer enclose that speed; bisection refines it.
     """
     grows = answer.growing & (answer.frequencies_hz <= top)
-    speeds = np.flatnonzero(grows.any(axis=1))
-    if not speeds.size:
+    unstable = np.flatnonzero(grows.any(axis=1))  # indices of speeds
+    if not unstable.size:
         return
-    first = speeds[0]
+    first = unstable[0]
     speed = float(answer.speeds[first])
     hertz = float(answer.frequencies_hz[first][grows[first]].min())
     if first > 0:

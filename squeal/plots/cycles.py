@@ -55,8 +55,8 @@ def cycles_drawing(cycles: Cycles, name: str) -> Drawing:
         entries = dict(zip(names, handles, strict=True))  # each name once
         figure.legend(entries.values(), entries, loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
-    own_orbit = cycles.orbits[cycles.own]
-    amplitude = f"{number(micrometres[cycles.own])} micrometres at {number(own_orbit.value)}"
+    own = cycles.own
+    amplitude = f"{number(micrometres[own])} micrometres at {number(values[own])}"
     text = (
         f"Amplitude of periodic motions over {cycles.parameter}, from {number(values.min())} to "
         f"{number(values.max())}; {amplitude}."

@@ -136,6 +136,7 @@ def pad_figure(
     # a ModeShape has no verdict: its mode grows if its growth rate is that of a root that grows
     growing_rates = {root.growth_rate for root in roots if root.kind in GROWING}
     corners = np.concatenate(list(itertools.chain(*lines)))
+    # limits of the axes, the same for all shapes, with margins in half lengths
     left, lowest = corners.min(axis=0) - 0.08
     right, top = corners.max(axis=0) + 0.08
     bottom = min(lowest, -slenderness - 0.12)

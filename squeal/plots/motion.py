@@ -270,7 +270,8 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
             panel.tick_params(labelbottom=False)
         strip(axes_of_states, looks)
         axes_of_spectrum = figure.add_subplot(grid[-1])
-        _spectrum(axes_of_spectrum, shown, forces, "abcd"[len(panels)], frequency)
+        letter = "abcd"[len(panels)]  # the next one
+        _spectrum(axes_of_spectrum, shown, forces, letter, frequency)
         figure.align_ylabels([*axes, axes_of_states, axes_of_spectrum])
         handles = first.get_lines()[: len(looks.states)]  # `trace` draws a line for each state
         names = [f"{look.label}: {look.meaning}" for look in looks.states.values()]

@@ -113,7 +113,7 @@ def _draw_indices(axes: Axes, scatter: Scatter) -> None:
         sizes = np.array([getattr(index, order) for index in scatter.indices])
         intervals = np.array([getattr(index, f"{order}_interval") for index in scatter.indices])
         axes.barh(
-            rows - up,
+            rows - up,  # the axis is inverted
             sizes,
             xerr=np.abs(intervals.T - sizes),
             error_kw={"lw": 0.8},
