@@ -21,8 +21,8 @@ from squeal.model.contact import STATES, contact_law
 from squeal.model.pad import Model
 from squeal.schema import Place, Word
 
-SINGLE, DOUBLE = 3.35, 6.9
-"""Widths in inches of a figure over one column and over two."""
+SINGLE = 3.35  # inches: width of a figure over one column
+DOUBLE = 6.9  # ... and over two
 
 # fmt: off
 RC: Any = {
