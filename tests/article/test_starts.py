@@ -6,10 +6,10 @@ import pytest
 from squeal.article.claims.motions import LEVELS
 from squeal.article.identify.space import compression
 from squeal.article.records import Missing
+from squeal.article.studies import starts
 from squeal.article.studies.starts import (
     KINDS,
     REACH,
-    SIDE,
     Starts,
     grid,
     kind,
@@ -50,16 +50,18 @@ def test_heights_and_tilts_are_in_static_compressions():
 
 
 @needs_heyoka
-def test_the_middle_of_a_stable_map_keeps_contact():
+def test_the_middle_of_a_stable_map_keeps_contact(monkeypatch):
+    side = 5
+    monkeypatch.setattr(starts, "SIDE", side)
     scene = read_scene(ROOT / "workflow/scenes/b2-b.yaml")
     case = maps(scene)
     assert not isinstance(case, Missing)
     one, ten = case.maps
-    middle = SIDE // 2
+    middle = side // 2
     assert one.rows[middle][middle] == ten.rows[middle][middle] == "0"
     assert sum(one.share.values()) == pytest.approx(1.0)
     height, tilt = grid()
-    assert (height[0], tilt[0]) == (-REACH * (SIDE - 1) / SIDE,) * 2
+    assert (height[0], tilt[0]) == (-REACH * (side - 1) / side,) * 2
     record = Starts(cases={"b2-b": case})
     assert record.share("b2-b", KINDS[0], 10) <= record.share("b2-b", KINDS[0], 1)
     rest = sliding_equilibrium(scene.pad_model)[0].q

@@ -209,7 +209,7 @@ def broken(document, rng):
     return copy
 
 
-@cases(60, 0.2, TOTAL)
+@cases(30, 0.2, TOTAL)
 @given(SEEDS)
 def test_broken_documents_are_refused(folder, seed):
     """A key that is unknown, a list, or no number in the place of one: never an answer."""

@@ -22,7 +22,7 @@ from workflow.trials.real_files import (
 )
 
 needs_ccx = pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX (ccx) is not installed")
-QUICK = ("C3D8I", "S4", "B31", "C3D8, spring and mass")
+QUICK = ("C3D6", "S3", "B31", "C3D8, spring and mass")
 
 
 def test_matrices_of_nastran_have_its_own_frequencies(tmp_path):

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from squeal import schema
 from squeal.errors import InputError
 from squeal.io.scene import check_simulation, read_scene
 from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
@@ -200,7 +201,7 @@ def test_left_out_choices_are_consistent_and_given_ones_are_kept(read):
     assert read(text(more="outputs: []")).outputs == ()
 
 
-def test_aliases_of_aliases_are_refused_at_once(read):
+def test_aliases_of_aliases_are_refused_at_once(read, monkeypatch):
     # a thousand million words if written out
     rows = ["&a0 [x, x, x, x, x, x, x, x, x, x]"]
     rows += [f"&a{i} [" + ", ".join([f"*a{i - 1}"] * 10) + "]" for i in range(1, 9)]
@@ -208,8 +209,9 @@ def test_aliases_of_aliases_are_refused_at_once(read):
     bomb = "\n".join(["M: {file: m}", *(f"a{i}: {row}" for i, row in enumerate(rows))])
     with pytest.raises(InputError, match="aliases"):
         parse_document(bomb.encode(), Place("x"))
-    many = "[" + "1, " * 20_000 + "1]"  # what is written out may be of any size
-    assert len(parse_document(f"a: {many}".encode(), Place("x"))["a"]) == 20_001
+    monkeypatch.setattr(schema, "MOST", 1_000)
+    many = "[" + "1, " * 2_000 + "1]"  # what is written out may be of any size
+    assert len(parse_document(f"a: {many}".encode(), Place("x"))["a"]) == 2_001
 
 
 @pytest.mark.parametrize("text", ["!!float x", "!!bool x", "!!timestamp x", "[1", "a\0", "&a [*a]"])

@@ -70,10 +70,10 @@ def test_damped_maps_are_the_queries_point_by_point(stem, axes, damping):
 @pytest.mark.parametrize("quantity", ["critical-friction", "growth"])
 def test_any_number_of_workers_gives_the_same_bits(quantity, monkeypatch):
     """A map of several blocks, each of which is computed as a whole."""
-    monkeypatch.setattr(maps, "POINTS_AT_ONCE", 20)
-    monkeypatch.setattr(maps, "QUANTITY_POINTS", 15)
+    monkeypatch.setattr(maps, "POINTS_AT_ONCE", 9)
+    monkeypatch.setattr(maps, "QUANTITY_POINTS", 7)
     scene = scene_of("b2-d")
-    axes = Axis("alpha1", 0.0, math.pi, 6), Axis("alpha2", 0.0, math.pi, 7)
+    axes = Axis("alpha1", 0.0, math.pi, 4), Axis("alpha2", 0.0, math.pi, 5)
     alone, shared = (squeal.map(scene, axes, quantity, workers=n) for n in (1, 2))
     assert len(np.unique(alone.codes)) > 1
     assert shared.codes.tobytes() == alone.codes.tobytes()

@@ -26,7 +26,7 @@ from squeal.article.studies._scenes import read_scenes
 if sys.argv[1] == "otherwise":
     from workflow.trials.dispatches import otherwise
     otherwise()
-onset.STARTS_UNSTABLE = 5  # of 25
+onset.STARTS = 20  # of 100, one of which lasts
 onset.REPEATS = 1  # of 3
 scenes = read_scenes([Path(file) for file in sys.argv[2:]], HISTORY_FIGURES)
 scene = onset.under_both_laws(scenes)["b2-b-mean"]
