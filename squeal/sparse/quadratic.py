@@ -32,6 +32,8 @@ LOST = 0.1
 """A fast root that rounding moves by this share of its size may be one at infinity."""
 MIXED = 0.1
 """Roots that rounding moves by this share of their distance may be parts of one multiple root."""
+SHARED = 2.0
+"""... which moves them by more than this times what it does to a root of orthogonal vectors."""
 ALONE = 1e-3
 """A root without another one within this share of its size is not a multiple one."""
 
@@ -366,14 +368,17 @@ def _rounding(
     # a root may meet its conjugate, also where that is not listed: it is added for the call
     is_unpaired = problem.is_real & (values.imag != 0) & ~np.isin(values.conj(), values)
     all_values = np.append(values, values[is_unpaired].conj())
+    indices = np.append(np.arange(len(values)), np.flatnonzero(is_unpaired))
+    errors = errors[indices]
+    scales = scales[indices]
     rounding = root_rounding(
         all_values,
-        condition=np.append(scaled_conditions, scaled_conditions[is_unpaired]),
-        error=np.append(errors, errors[is_unpaired]),
-        size=np.append(scales, scales[is_unpaired]),
+        condition=scaled_conditions[indices],
+        error=errors,
+        size=scales,
         rows=2 * problem.n,  # of the companion form
     )
-    rounding = _rounding_in_groups(all_values, rounding)
+    rounding = _rounding_in_groups(all_values, rounding, errors * scales)
     return np.where(sizes > 0, rounding[: len(values)], 0.0)
 
 
@@ -401,19 +406,22 @@ def _scales(problem: ScaledProblem, sizes: Array, errors: Array) -> Array:
         return np.fmax(np.fmax(sizes, of_slow_roots), of_multiple_roots)
 
 
-def _rounding_in_groups(values: ComplexArray, rounding: Array) -> Array:
+def _rounding_in_groups(values: ComplexArray, rounding: Array, least: Array) -> Array:
     """The rounding (m,) of roots (m,), in groups at least the distance to the mean of the group.
 
     Rounding splits a defective root into m roots at a distance r around it, but moves their mean by
     little. By its condition, r^(1 - m), each of the m roots seems to be known to r / m or better:
     so well that its real part, up to r, would pass for growth. Roots are in one group if each is
-    moved by more than a share `MIXED` of their distance; of six roots around one it is 1/9.
+    moved by more than a share `MIXED` of their distance; of six roots around one it is 1/9. Those
+    of nearly equal blades have vectors of their own, and are not mixed: rounding moves each by
+    about the `least` (m,), what it does to a root of orthogonal vectors.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
     distances = np.abs(values[:, None] - values)
-    is_mixed = np.minimum(rounding[:, None], rounding) > MIXED * distances
+    reach = np.where(rounding > SHARED * least, rounding, 0.0)
+    is_mixed = np.minimum(reach[:, None], reach) > MIXED * distances
     _, group = connected_components(csr_array(is_mixed), directed=False)
     members = np.bincount(group)
     means = np.bincount(group, values.real) + 1j * np.bincount(group, values.imag)

@@ -11,8 +11,14 @@ from squeal.errors import ComputationError
 from squeal.linear.system import Term
 from squeal.sparse import argument_principle, eigensolver
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
+from squeal.sparse.dense import roots_at
 from squeal.sparse.eigensolver import ACCEPTED_RESIDUAL, lowest_modes, modes_in
-from squeal.sparse.quadratic import ScaledSystem, scaled_problem
+from squeal.sparse.quadratic import (
+    LEAST_BACKWARD_ERROR,
+    ScaledSystem,
+    eigenvalues_of,
+    scaled_problem,
+)
 from tests import large
 from tests.known import affine
 
@@ -267,3 +273,20 @@ def test_no_root_left_out_near_the_outline_is_overlooked(rng):
         known = roots[roots != missing]
         assert count_roots(problem, disc, known) in (inside, None)
         assert count_roots(problem, disc, roots) in (inside, None)
+
+
+@pytest.mark.parametrize("mistuning", [1e-4, 1e-5, 1e-6])
+def test_roots_of_nearly_equal_blades_are_known_as_well_as_one_alone(mistuning):
+    """Of symmetric M and K a residual r moves lambda^2 by |r| at most (Weyl), however many other
+    roots lie close by."""
+    n = 60
+    blades = np.diag(1e6 * (1.0 + mistuning * np.random.default_rng(0).random(n)))
+    neighbours = np.roll(np.eye(n), 1, axis=0) + np.roll(np.eye(n), -1, axis=0)
+    hubs = 1e12 * (3.0 * np.eye(n) - neighbours)
+    K = np.block([[blades, -blades], [-blades, hubs + blades]])
+    problem = scaled_problem(np.eye(2 * n), None, K)
+    values = 1j * np.sqrt(np.linalg.eigvalsh(K)[:n])
+    for root in eigenvalues_of(problem, roots_at(*problem.arrays(), values)):
+        size = float(problem.size(np.array([root.value]))[0])
+        bound = max(root.residual, LEAST_BACKWARD_ERROR) * size / (2 * abs(root.value))
+        assert root.rounding <= 4 * bound / problem.norms[0]
