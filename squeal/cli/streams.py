@@ -64,10 +64,10 @@ def open_closed() -> None:
         sys.stderr = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
 
 
-def say(text: str) -> None:
+def say(text: str, end: str = "\n") -> None:
     """Print on standard error, in place of the progress there; what fails stops nothing."""
     try:
-        print(f"{_erase()}{visible(text)}", file=sys.stderr, flush=True)
+        print(f"{_erase()}{visible(text)}", end=end, file=sys.stderr, flush=True)
     except OSError:  # a full disc, a terminal that is gone
         _silence(sys.stderr)
 
@@ -110,7 +110,7 @@ def counter(what: str) -> Callable[[int, int], None]:
         if done < count:
             line = f"{done} of {count} {what}, {remaining(begun, done, count)}"
         if sys.stderr.isatty():
-            print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
+            say(line, end="")
         elif line:
             tell(line)
 

@@ -96,6 +96,22 @@ def test_long_work_says_a_line_now_and_then_where_nobody_sees_a_terminal(capsys,
     assert all(re.fullmatch(r"squeal: \d+ of 40 samples, about .* remain", line) for line in lines)
 
 
+class Terminal(io.TextIOWrapper):
+    """One that takes nothing, as of a command whose shell has gone (`stty tostop`)."""
+
+    def isatty(self):
+        return True
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")
+def test_a_terminal_that_takes_no_progress_stops_nothing(monkeypatch):
+    with open("/dev/full", "wb", buffering=0) as device, Terminal(device) as terminal:
+        monkeypatch.setattr(sys, "stderr", terminal)
+        show = streams.counter("samples")
+        for done in range(3):
+            show(done, 2)
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")
 @pytest.mark.parametrize("words", [f"sliding {B3} --json", f"sliding {B3}", "--help", "map --help"])
 def test_a_full_disc_is_exit_code_1(words):
