@@ -76,15 +76,10 @@ class Failure:
     reason: str
 
 
-def distances(a: NDArray, b: NDArray) -> Floats:
-    """Lower bounds (n, m) of the distances of points a (n,) from points b (m,)."""
-    return np.abs(a[:, None] - b[None, :]) * (1.0 - 8.0 * EPS)
-
-
 def touching(a: NDArray, radii_a: Floats, b: NDArray, radii_b: Floats) -> NDArray[np.bool_]:
     """Whether each disc around a (n,) may meet each around b (m,); infinite radii meet all."""
-    sums = (radii_a[:, None] + radii_b[None, :]) * (1.0 + 4.0 * EPS)
-    return ~(distances(a, b) > sums)
+    least_distances = np.abs(a[:, None] - b) * (1.0 - 8.0 * EPS)
+    return ~(least_distances > (radii_a[:, None] + radii_b) * (1.0 + 4.0 * EPS))
 
 
 def strong_components(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:

@@ -193,7 +193,7 @@ def _order_at(polynomial: Polynomial, value: float) -> int:
 
 def _exactly(value: float) -> Any:
     """A double as a rational number."""
-    return flint.fmpq(*float(value).as_integer_ratio())
+    return flint.fmpq(*value.as_integer_ratio())
 
 
 def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
@@ -255,7 +255,7 @@ class Quotient:
         return Quotient(-self.over, self.under)
 
     def __sub__(self, other: Number) -> Quotient:
-        return self + -Quotient.of(other)
+        return self + -other
 
     def __rsub__(self, other: Number) -> Quotient:
         return -self + other

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -67,18 +67,11 @@ class Proof:
     matches: tuple[tuple[Piece, ...], ...] = field(default=(), repr=False)
 
 
-@dataclass(frozen=True)
-class Count:
-    """Bounds of the number of roots with a positive real part.
-
-    `data` is what is assumed of the entries; `reason` says why the bounds differ.
-    """
+class Count(NamedTuple):
+    """Bounds of the number of roots with a positive real part."""
 
     lower: int
     upper: int
-    by: Means | None
-    data: str
-    reason: str = ""
 
     @property
     def is_certain(self) -> bool:
@@ -234,25 +227,18 @@ def prove_roots(system: Quadratic, values: ArrayLike, verdict: str | None = None
 def unstable_count(system: Quadratic) -> Count:
     """How many roots have a positive real part, for every system in the balls or its midpoints."""
     finding = enclosed(system)
-    least, most = _growing_counts(finding, system.n)
-    if least != most:
-        finding = _made_exact(system, finding)
-        least, most = _growing_counts(finding, system.n)
-    reason = ""
-    if least != most and finding.failure is not None:
-        reason = finding.failure.reason
-    elif least != most:
-        reason = LAST_DIGITS
-    by = finding.by if finding.pieces else None
-    return Count(least, most, by, finding.data, reason)
+    count = _growing_count(finding, system.n)
+    if count.is_certain:
+        return count
+    return _growing_count(_made_exact(system, finding), system.n)
 
 
-def _growing_counts(finding: Finding, n: int) -> tuple[int, int]:
-    """The least and the largest number of growing roots of a system of n rows."""
+def _growing_count(finding: Finding, n: int) -> Count:
+    """The number of growing roots of a system of n rows."""
     least, most = growing_counts(finding.pieces)
     if finding.failure is not None:
         most = 2 * n
-    return least, most
+    return Count(least, most)
 
 
 def growth_bound(pieces: Sequence[Piece]) -> float:

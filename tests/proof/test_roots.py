@@ -168,8 +168,8 @@ def test_shuffled_triangle_of_the_first_false_flutter():
         K = np.triu(rng.uniform(-4, 4, (5, 5)), 1) + np.diag(rng.uniform(1.003, 1.017, 5))
         order = rng.permutation(5)
         K = K[np.ix_(order, order)]
-        count = unstable_count(Quadratic.of(np.eye(5), 2.65e-5 * np.eye(5), K, HALF_ULP))
-        assert (count.lower, count.upper, count.by) == (0, 0, "enclosure")
+        finding = enclosed(Quadratic.of(np.eye(5), 2.65e-5 * np.eye(5), K, HALF_ULP))
+        assert (finding.failure, growing_counts(finding.pieces)) == (None, (0, 0))
 
 
 def test_free_body_hangs_on_its_digits(flint):
@@ -217,8 +217,8 @@ def test_only_growth_below_the_data_is_a_free_motion(n):
 def test_gyroscopic_systems_are_proved_marginal_by_mirror_images():
     G = np.array([[0.0, 3.0], [-3.0, 0.0]])
     K = np.diag([-1.0, -1.5])  # stabilised by the gyroscopic forces
-    count = unstable_count(Quadratic.of(np.eye(2), G, K, HALF_ULP))
-    assert (count.lower, count.upper, count.by) == (0, 0, "enclosure")
+    finding = enclosed(Quadratic.of(np.eye(2), G, K, HALF_ULP))
+    assert (finding.failure, growing_counts(finding.pieces)) == (None, (0, 0))
     broken = Quadratic.of(np.eye(2), G + 1e-9 * np.eye(2), K, HALF_ULP)
     assert unstable_count(broken).lower == 2  # Kelvin and Tait: damping destroys it
 
