@@ -56,19 +56,31 @@ def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ENTRY_RO
 def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bool_]:
     """Which (N,) of N verdicts on z'' + B z' + A z = 0 may change by errors of the entries of A.
 
+    Also where flutter and divergence grow equally fast as far as the errors tell: the faster one
+    names the verdict.
+
     Parameters
     ----------
     A, B, errors : array (N, 3, 3)
         In mass-normalised coordinates, and how far the entries of A may be off; those of B are
         known to the same share of the largest one. B may be None.
     """
-    damped = np.zeros(len(A), bool) if B is None else B.any(axis=(1, 2))
+    if B is None:
+        B = np.zeros_like(A)
+    damped = B.any(axis=(1, 2))
+    shares = share_of_largest(errors.reshape(-1, 9).T, np.abs(A).reshape(-1, 9).T)
     may_change = np.zeros(len(A), bool)
     may_change[~damped] = _errors_may_change_undamped(A[~damped], errors[~damped])
-    if B is not None and damped.any():
-        sizes = np.abs(A[damped]).reshape(-1, 9).T
-        shares = share_of_largest(errors[damped].reshape(-1, 9).T, sizes)
-        may_change[damped] = damped_verdicts(A[damped], B[damped], shares) == MARGINAL
+    may_change[damped] = damped_verdicts(A[damped], B[damped], shares[damped]) == MARGINAL
+    # a pair and a real root may grow equally fast, unless their rates differ by more than errors
+    # move a double root of the scaled matrix. The determinant is negative if one real root grows
+    diverges = np.linalg.det(A) < 0.0
+    matrices, _ = first_order(A[diverges], B[diverges])
+    values = np.linalg.eigvals(matrices)
+    of_reals = np.where(values.imag == 0.0, values.real, 0.0).max(axis=1)
+    of_pairs = np.where(values.imag != 0.0, values.real, 0.0).max(axis=1)
+    are_equal = np.abs(of_pairs - of_reals) <= np.sqrt(shares[diverges])
+    may_change[diverges] |= (of_pairs > 0.0) & are_equal
     return may_change
 
 

@@ -9,6 +9,7 @@ from squeal.errors import InputError
 from squeal.linear import (
     VERDICTS,
     damped_verdicts,
+    errors_may_change,
     judge,
     thresholds,
     undamped_verdicts,
@@ -231,3 +232,38 @@ def test_a_pair_that_is_proved_to_grow_is_one_mode_however_close_to_the_real_axi
         for sign in (1, -1)
     ]
     assert [mode.kind for mode in growing(pair)] == ["flutter"]
+
+
+def pair_and_real_root(ratio, damping, seed):
+    """A and B of a pair that grows by g, 1/s, and a real root that grows by g * ratio."""
+    rng = np.random.default_rng(seed)
+    root = 0.4 + 2.0j
+    square = root * (root + damping)  # lambda^2 + damping lambda + s = 0 of s = -square
+    real = root.real * ratio
+    A = np.diag([-square.real, -square.real, -real * (real + damping)])
+    A[0, 1] = -square.imag
+    A[1, 0] = square.imag
+    T = rng.integers(-2, 3, (3, 3)) + 4.0 * np.eye(3)
+    return T @ A @ np.linalg.inv(T), damping * np.eye(3)
+
+
+def kind_of_fastest(A, B):
+    form = np.block([[np.zeros((3, 3)), np.eye(3)], [-A, -B]])
+    roots = np.linalg.eigvals(form)
+    return "flutter" if abs(roots[np.argmax(roots.real)].imag) > 1e-3 else "divergence"
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+def test_errors_may_change_which_instability_is_the_faster(damping, seed):
+    rng = np.random.default_rng(seed)
+    A, B = pair_and_real_root(1.0, damping, seed)
+    errors = 1e-11 * np.abs(A)
+    changed = A + errors * rng.choice([-1.0, 1.0], (100, 3, 3))
+    assert {kind_of_fastest(X, B) for X in changed} == {"flutter", "divergence"}
+    assert errors_may_change(A[None], B[None], errors[None]).all()
+    for ratio in (0.9, 0.999, 1.001, 1.1):
+        A, B = pair_and_real_root(ratio, damping, seed)
+        changed = A + errors * rng.choice([-1.0, 1.0], (100, 3, 3))
+        assert {kind_of_fastest(X, B) for X in changed} == {kind_of_fastest(A, B)}
+        assert not errors_may_change(A[None], B[None], errors[None]).any()
