@@ -445,6 +445,7 @@ def parse_document(content: bytes, at: Place) -> dict[str, Value]:
         mark = getattr(error, "problem_mark", None)
         line = f"line {mark.line + 1}: " if mark else ""
         reason = getattr(error, "problem", None) or str(error).partition("\n")[0]
+        # as files of matrices and of meshes begin
         hint = NO_MATRICES if content.startswith((b"%", b"*")) else ""
         raise at.refuse(f"{line}{reason}; exactly one YAML mapping is allowed{hint}") from None
     if not isinstance(document, dict):

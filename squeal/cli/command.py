@@ -246,7 +246,8 @@ class Reply:
 class Parser(argparse.ArgumentParser):
     """The arguments of a command. Refusals read like all others, and values may be negative.
 
-    An option that takes one value may be given once, by whichever of its names.
+    An option that takes one value may be given once, by whichever of its names. `scene`: whether
+    the command takes the file of a scene or system, and so --set.
     """
 
     def __init__(self, name: str, module: ModuleType, scene: bool) -> None:
@@ -261,7 +262,7 @@ class Parser(argparse.ArgumentParser):
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        self.color = False  # `printed` shows escapes
+        self.color = False  # `printed` would show its control characters
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -50:1000:0:2e4 is a value too
         self.register("action", None, Once)
         self.set_defaults(typed={})  # options as they were typed, by name

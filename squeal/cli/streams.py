@@ -28,7 +28,7 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
     try:
         with within_doubles():
             return work()
-    except (InputError, UnicodeEncodeError) as error:  # also a name of what are no letters
+    except (InputError, UnicodeEncodeError) as error:  # the second: of a name that is no text
         code = 2
         words = str(error)
     except ComputationError as error:
@@ -37,7 +37,7 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
         words = "there is not enough memory for this scene"
     except ImportError as error:
         package = missing(error)
-        if package == "squeal":
+        if package == "squeal":  # a fault of ours, shown with its traceback
             raise
         words = f"the package {package} cannot be imported: {error}"
     except OSError as error:
@@ -98,9 +98,10 @@ def steps() -> Callable[[str], None]:
 
 
 def counter(what: str) -> Callable[[int, int], None]:
-    """A function that shows (done, count) on standard error until all is done.
+    """A function of (done, count) that shows the progress on standard error until all is done.
 
-    A terminal shows it on one line, which it replaces; elsewhere it is said as `steps` does.
+    A terminal shows it on one line, which each call replaces; elsewhere a line is printed as seldom
+    as by `steps`.
     """
     begun = time.monotonic()
     tell = steps()
@@ -123,9 +124,9 @@ def _coloured(verdict: re.Match[str]) -> str:
 
 
 def printed(text: str) -> int:
-    """Print on standard output, letters that it lacks as escapes; the exit code.
+    """Print on standard output, letters that its encoding lacks as escapes; returns the exit code.
 
-    It is 0 also where the reader has gone (head, less), and 1 where nothing can be written.
+    The code is 0 also where the reader has gone (head, less), and 1 where nothing can be written.
     """
     encoding = sys.stdout.encoding or "utf-8"
     shown = visible(text).encode(encoding, "backslashreplace").decode(encoding)

@@ -193,8 +193,8 @@ class Formula:
     def _value_or_slope(self, parameters: Parameters, by: str, required: str) -> float:
         """The value, or its derivative by the parameter `by` if that is not empty.
 
-        Raises InputError for unknown parameters, and for a result that is not finite: the formula
-        is not `required`, in words.
+        Raises InputError for unknown parameters, and for a result that is not finite, in words: for
+        what is not a `required`.
         """
         about = f"{self.place}: {self.text}" if self.place else self.text
         for name in sorted(self.names - parameters.keys()):

@@ -55,10 +55,11 @@ def _function_of(answer: Answer) -> Callable[..., Drawing]:
 
 
 def plot(answer: Answer, axes: Axes | None = None, **look: Any) -> Axes:
-    """Plot an answer in pyplot, or its panel into `axes`; returns the (first) Axes.
+    """Plot an answer; returns the Axes, of a whole figure its first one.
 
-    look: options of the whole figure, which its function in `DRAWN` names; with any other option
-    the panel is drawn, and all of them go to Matplotlib's artists.
+    Without `axes`, and if all options in `look` are those of the figure's function in `DRAWN`,
+    pyplot gets the whole figure. Otherwise the panel is drawn into `axes`, or into new ones, and
+    `look` goes to Matplotlib's artists.
     """
     options = signature(_function_of(answer)).parameters
     if axes is None and look.keys() <= options.keys():

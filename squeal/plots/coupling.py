@@ -214,7 +214,7 @@ def _shade(panels: _Panels, spans: Sequence[Span]) -> dict[str, Artist]:
 def _spans(sweep: Sweep, thresholds: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
     """Ranges of one verdict within the ends of the axis, neighbours of the same verdict joined.
 
-    Thresholds, where they are known, tell them exactly; the steps of the sweep tell them else.
+    Known thresholds give them exactly, otherwise the steps of the sweep do.
     """
     if thresholds is None:
         unclipped_spans = _spans_of_steps(sweep)

@@ -76,7 +76,7 @@ def damping_drawing(
     groups = paths.groups[:PANELS]
     count = "1 mode grows" if len(paths.growing) == 1 else f"{len(paths.growing)} modes grow"
     texts = [f"Damping ratio over frequency of {name}, {count}"]
-    rows = max(len(groups), 1)
+    rows = max(len(groups), 1)  # an empty panel says that no mode grows
     with style():
         if width == "column":
             figure = Figure(figsize=(SINGLE, 3.2 + 2.0 * rows))

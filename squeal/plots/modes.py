@@ -107,8 +107,12 @@ def legend_of_phases(shapes: Sequence[np.ndarray]) -> tuple[list[Line2D], list[s
 
 
 def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
-    """Eigenvalues (rad/s) of the upper half plane, those that grow as red squares."""
+    """Draw eigenvalues of the upper half plane, those that grow as red squares.
+
+    The fastest of these that vibrate, up to `NAMED`, have their frequency beside them.
+    """
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
+    # real ones, too, whose imaginary part rounding may leave below 0
     shown = [root for root in roots if root.value.imag >= -root.rounding]
     upper = values_of(shown)
     grows = np.array([root.kind in GROWING for root in shown], dtype=bool)

@@ -81,9 +81,9 @@ def pieces(
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Cut a signal into one curve (time, value) a contact state, to be drawn in its colour.
 
-    t, values (m,): samples. The intervals of a state are joined to one curve, divided by NaN. They
-    begin and end at the located contact changes, where the value is interpolated between the
-    samples; between them they hold every sample.
+    t, values (m,): samples. The intervals of a state are joined to one curve, with NaN between
+    them. Each begins and ends at a located contact change, where the value is interpolated, and
+    holds every sample in between.
     """
     curves: dict[str, list[np.ndarray]] = {}
     for start, stop, state in timeline:
@@ -209,7 +209,10 @@ def alternative_text(run: Run) -> str:
 
 
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
-    """Draw the spectrum of forces in the run's last part; `frequency` (Hz, or 0) is marked."""
+    """Draw the spectrum of forces over F_n in the run's last part.
+
+    frequency: of the strongest line of the motion, Hz, which is marked; 0 where there is none.
+    """
     t = run.history["t"]
     last_samples = slice(-int(LAST * len(t)), None)
     # a column for each force
@@ -228,7 +231,7 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
         )
     is_strong = (amplitudes >= STRONG * top).any(axis=1)
     last = float(kilohertz[-1])
-    highest = float(kilohertz[is_strong].max(initial=0.0)) or last  # no line of constant forces
+    highest = float(kilohertz[is_strong].max(initial=0.0)) or last  # constant forces show no line
     axes.set_xlim(0.0, min(1.5 * highest, last))
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(numticks=9))

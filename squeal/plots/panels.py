@@ -100,6 +100,7 @@ def _draw_bars(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **loo
     axes.barh(places, _cells(rows, y), **look)
     axes.set_yticks(places, labels)
     axes.invert_yaxis()
+    # bars lie along the horizontal axis, which gets the label of y; those of x are beside the bars
     axes.set_xlabel(axes.get_ylabel())
     axes.set_ylabel("")
 

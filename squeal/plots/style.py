@@ -194,7 +194,7 @@ def move_apart(figure: Figure) -> None:
                 if box.overlaps(other):
                     is_above = box.y0 + box.y1 > other.y0 + other.y1
                     pixels = other.y1 - box.y0 if is_above else other.y0 - box.y1
-                    right, up = label.xyann
+                    right, up = label.xyann  # points
                     label.xyann = (right, up + 72.0 * pixels / figure.dpi)
                     box = box.translated(0.0, pixels)
             placed.append(box)

@@ -143,8 +143,8 @@ class Reduction:
         """Enlarge the basis by the real and imaginary parts of columns (n, m), and project the
         system onto it.
 
-        Each column counts as one of unit length. Directions with singular values below `dropped`
-        of what the columns have outside of the basis are left out.
+        Columns are scaled to unit length. Of their parts outside of the basis directions with
+        singular values below `dropped` are left out.
         """
         old = self.vectors
         self.vectors = enlarged(old, columns, dropped)
@@ -225,8 +225,11 @@ class Reduction:
 
     @property
     def standalone_system(self) -> System:
-        """The reduced system as one that others read: with bounds of the errors of its entries,
-        those of the full system projected, and the assumption that it approximates another one."""
+        """The reduced system to be written or analysed by itself.
+
+        It has bounds of the errors of its entries, projected from those of the full system, and the
+        assumption that it approximates another system.
+        """
         sizes = np.abs(self.scaled.scale[:, None] * self.vectors)  # of V in unscaled coordinates
 
         def bound(errors: Matrix) -> Matrix:
@@ -236,6 +239,7 @@ class Reduction:
         full_terms = iter(self.scaled.system.terms)  # in the order of the reduced ones
 
         def with_errors(reduced: Term) -> Term:
+            # `mapped` is for the errors; the projected matrix is known
             return replace(next(full_terms).mapped(bound, bound), matrix=reduced.matrix)
 
         system = self.system.mapped(with_errors, self.system.labels)
