@@ -239,8 +239,8 @@ def _onset(
 ) -> float | tuple[float, float] | None:
     """Where a mode begins to grow; None where it grows from the first value on.
 
-    Between two values of the sweep, which are returned, unless a threshold is known between them,
-    within the share `ALONE` of the mode's frequency: that is returned, the nearest in frequency.
+    A known threshold between the last value of the sweep without growth and the first one with it,
+    the nearest to the mode in frequency, within the share `ALONE`; otherwise these two values.
     """
     roots = paths.roots[mode]
     first = int(np.argmax(is_growing(roots)))
@@ -280,11 +280,12 @@ def _draw_group(
     if len(group) == 2:
         axes.set(ylabel="frequency [Hz]")
         axes.margins(y=0.24 * len(paths.groups[:PANELS]))  # room for names
-        for mode, up in zip(group, (-3, 3), strict=True):
+        for mode, up in zip(group, (-3, 3), strict=True):  # the lower one has its name below
             point = (paths.at[mode][0], paths.first_hz(mode))
             colour = colours_of(paths)[mode]
             write_beside(axes, f"mode {mode}", point, (4, up), fontsize=7, color=colour)
     else:
+        # limits of the first panel, which shows the ratios of all modes
         axes.set(ylabel="damping ratio [%]", ylim=axes.figure.axes[0].get_ylim())
         axes.axhline(0.0, color="0.3", lw=0.6)
     title = _title_of_group(sweep, paths, group, onset)
