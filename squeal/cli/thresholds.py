@@ -45,9 +45,9 @@ def run(given: argparse.Namespace) -> Reply:
     )
     answers: list[Answer] = [thresholds]
     if given.sensitivity or given.change:
-        matrices = given.source.matrices
-        answers.append(
-            squeal.sensitivity(subject, of="threshold", known=thresholds, matrices=matrices)
+        sensitivity = squeal.sensitivity(
+            subject, of="threshold", known=thresholds, matrices=given.source.matrices
         )
+        answers.append(sensitivity)
     write_files(given, thresholds, high=high)
     return Reply.of(*answers, warnings_in_reply=isinstance(subject, Scene))

@@ -79,8 +79,12 @@ def campbell_drawing(
         for order in answer.orders:
             _draw_multiple(axes, answer, order, highest)
         _mark_critical_speeds(axes, answer)
-        axes.set(xlim=(answer.low, answer.high), ylim=(0.0, top))
-        axes.set(xlabel=f"{symbol_of(answer.parameter)} [rad/s]", ylabel="frequency [Hz]")
+        axes.set(
+            xlim=(answer.low, answer.high),
+            ylim=(0.0, top),
+            xlabel=f"{symbol_of(answer.parameter)} [rad/s]",
+            ylabel="frequency [Hz]",
+        )
         _name_onset(axes, answer, top)
         entries = _entries(answer, _mark_directions(axes, answer, top))
         if paths is not None:

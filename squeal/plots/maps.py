@@ -179,22 +179,22 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
     level: a value of the quantity whose contour is drawn thick, if the map reaches it.
     """
     assert answer.quantity is not None
-    x = answer.axes[0].values
-    y = answer.axes[1].values
+    first, second = answer.axes
+    grid = (first.values, second.values)
     quantity, unit, numbers = answer.quantity
     words = QUANTITIES[quantity][0]
     values = np.ma.masked_invalid(numbers.T)
     known = values.compressed()
     if known.size and np.ptp(known) > 0.0 and min(values.shape) > 1:
-        filled = axes.contourf(x, y, values, 9, cmap="viridis", alpha=0.85)
+        filled = axes.contourf(*grid, values, 9, cmap="viridis", alpha=0.85)
         levels = np.asarray(filled.levels)  # of the edges between the colours
         if quantity == "growth" and answer.details.get("threshold_curve"):
             levels = levels[levels != 0.0]  # the exact curve is drawn instead
-        edges = axes.contour(x, y, values, levels, colors="k", linewidths=0.5)
+        edges = axes.contour(*grid, values, levels, colors="k", linewidths=0.5)
         axes.clabel(edges, fontsize=7, fmt="%g")
         axes.figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
         if level is not None and known.min() < level < known.max():
-            axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
+            axes.contour(*grid, values, [level], colors=OWN_LEVEL, linewidths=1.6)
     elif known.size:  # one value, or one row of them, has no contours
         axes.pcolormesh(*_edges(answer), values, cmap="viridis", alpha=0.85)
     span = "no value"

@@ -89,10 +89,8 @@ def draw_pad(axes: Axes, lines: Sequence[np.ndarray]) -> None:
 
 def draw_surface(axes: Axes, height: float, left: float, right: float, bottom: float) -> None:
     """The sliding surface as a line, and what lies below it in grey."""
-    ground = Rectangle(
-        (left, bottom), right - left, height - bottom, facecolor="0.92", linewidth=0.0, zorder=0
-    )
-    axes.add_patch(ground)
+    size = (right - left, height - bottom)
+    axes.add_patch(Rectangle((left, bottom), *size, facecolor="0.92", linewidth=0.0, zorder=0))
     axes.axhline(height, color="k", linewidth=0.6, zorder=0)
 
 
@@ -120,8 +118,12 @@ def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
     for which, marker, colour in ((~grows, "o", RING), (grows, "s", RED)):
         axes.scatter(upper.real[which], y[which], 26, marker=marker, fc="none", ec=colour)
     reach = max(1.0, 1.2 * float(np.abs(upper.real).max(initial=0.0)))
-    axes.set(xlim=(-reach, reach), ylim=frequency_limits(upper))
-    axes.set(xlabel="growth rate [1/s]", ylabel="frequency [Hz]")
+    axes.set(
+        xlim=(-reach, reach),
+        ylim=frequency_limits(upper),
+        xlabel="growth rate [1/s]",
+        ylabel="frequency [Hz]",
+    )
     flutter = upper[grows & (upper.imag > 0.0)]
     for root in sorted(flutter, key=lambda r: -r.real)[:NAMED]:
         point = (root.real, root.imag / math.tau)

@@ -45,8 +45,7 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
         if of_growth or limit > 0.0:
             _mark_limit(upper, lower, limit, limit_name)
         upper.set_ylabel("samples")
-        lower.set(ylim=(0.0, 1.0), ylabel=share_name)
-        lower.set_xlabel(quantity)
+        lower.set(ylim=(0.0, 1.0), xlabel=quantity, ylabel=share_name)
         for axes in more:
             _draw_indices(axes, scatter)
         figure.align_ylabels([upper, lower])
@@ -122,7 +121,6 @@ def _draw_indices(axes: Axes, scatter: Scatter) -> None:
             label=order,
         )
     names = [symbol_of(index.parameter) for index in scatter.indices]
-    axes.set(yticks=rows, yticklabels=names, xlim=(0.0, None))
-    axes.set_xlabel("Sobol index")
+    axes.set(yticks=rows, yticklabels=names, xlim=(0.0, None), xlabel="Sobol index")
     axes.invert_yaxis()
     axes.legend()

@@ -100,8 +100,14 @@ def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:
     text = _encodable(drawing.alternative)
     made = _encodable(drawing.origin)
     if kind == "pdf":
-        more = {"Creator": "squeal", "Producer": None, "CreationDate": None}
-        return {"Title": title, "Subject": text, "Keywords": made, **more}
+        return {
+            "Title": title,
+            "Subject": text,
+            "Keywords": made,
+            "Creator": "squeal",
+            "Producer": None,
+            "CreationDate": None,
+        }
     metadata = {"Title": title, "Description": text, "Source": made}
     if kind == "svg":
         return {**metadata, "Date": None}
