@@ -215,7 +215,7 @@ class Reply:
 
     @staticmethod
     def of(*answers: Answer, warnings_in_reply: bool = False, more: str = "") -> Reply:
-        """One reply of several answers, whose objects and texts follow each other.
+        """One reply of several answers: the keys of all their objects, and their texts in a row.
 
         warnings_in_reply: True where the warnings are those on the equilibria of a scene, which the
         reply then holds, see `Reply`; False where they are given at once. more: follows the texts.

@@ -220,7 +220,7 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
     frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
     kilohertz = frequencies[1:] / 1e3  # without the mean, at 0
     amplitudes = amplitudes[1:]
-    top = max(float(amplitudes.max()), 1e-12)
+    top = max(float(amplitudes.max()), 1e-12)  # above 0, for the logarithmic axis
     for signal, column, colour in zip(forces, amplitudes.T, ("black", "0.55"), strict=False):
         axes.plot(
             kilohertz,

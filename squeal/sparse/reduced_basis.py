@@ -335,8 +335,8 @@ class ReducedBasis:
 
         If `deciding`, the roots alone on which stability may depend. To first order the error of a
         root follows from y^H P x of its modes in the full problem, less what the directions outside
-        of the projection take from it, see `TruncationTerm`: that vanishes for an exact root. The
-        first is computed from vectors in the projection, the second estimated.
+        of the projection take from it, see `TruncationTerm`: the difference vanishes for an exact
+        root. y^H P x is computed from vectors in the projection, the other term estimated.
         """
         _, B, A = self.system.at(changes)
         roots = self._roots_in(self.estimated_region, B, A)
