@@ -1,6 +1,6 @@
 """What a build makes: results, computed by studies, and figures, drawn from them.
 
-The workflow runs what stands here, one job an entry. Light on purpose: it is imported each time.
+The workflow runs what stands here, one job per entry. Light on purpose: it is imported each time.
 """
 
 from typing import NamedTuple

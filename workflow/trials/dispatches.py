@@ -2,7 +2,7 @@
 
 Other processors round otherwise: their libraries take other instructions, and sums come in another
 order. Each study of the build in this folder is computed again under every entry of
-`SURROUNDINGS`, and the texts of the paper are written from its result. One line a study says
+`SURROUNDINGS`, and the texts of the paper are written from its result. One line per study says
 whether they are the same, where a printed number with its spread agrees if the two ranges meet, and
 what is not. `make report` comes first. 1 if anything printed differs.
 """

@@ -589,7 +589,7 @@ def write_page(page: Path, found: Sequence[Compared]) -> None:
 
 
 def main() -> int:
-    """Compare all; one line a file."""
+    """Compare all; one line per file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--page", type=Path, help="a page whose table is written anew")
     page = parser.parse_args().page

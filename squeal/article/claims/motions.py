@@ -156,7 +156,7 @@ def measures(
 
 
 def _tilt(c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
-    """theta0 + theta in rad: the lower face is inclined by theta0 at first, states[2] = w theta."""
+    """theta0 + theta in rad: the undisplaced face is inclined by theta0, states[2] is w theta."""
     return np.asarray(np.arctan2(c.rty - c.rly, c.rtx - c.rlx) + states[2] / c.w)
 
 
@@ -211,8 +211,8 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
 
     values (k, s): the signal at k places of each step, NaN where it has no value, as delta without
     contact; touched (n,): time of the first contact, inf without one. A turn is a sample at which
-    the signal stops to rise, to fall or to have a value. A signal without a turn counts at its last
-    sample alone.
+    the signal stops rising or falling, or after which it has no value. A signal without a turn
+    counts at its last sample alone.
     """
     # number of the first step of each motion, and the number of all steps
     first_steps = np.append(grid.first_steps, values.shape[1])

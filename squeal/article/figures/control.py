@@ -1,4 +1,4 @@
-"""Root loci over friction as a loop gain, a panel a case, from the study `eigenvalues`."""
+"""Root loci over friction as a loop gain, a panel per case, from the study `eigenvalues`."""
 
 from typing import Any
 
@@ -60,7 +60,7 @@ def _critical(loop: Loop) -> str:
 
 
 def control_figure(loops: dict[str, Loop]) -> Figure:
-    """Root loci of all cases, B1 above B2, a column a case."""
+    """Root loci of all cases, B1 above B2, a column per case."""
     with style():
         figure = Figure(figsize=(DOUBLE, 3.9))
         grid = figure.subplots(2, 4, sharey=True)

@@ -74,7 +74,7 @@ def _pair(scene: SceneStability, branch: Branch, upper: Axes, lower: Axes) -> No
 
 
 def coupling_figure(record: Stability) -> Figure:
-    """Frequencies over growth rates, a column a case."""
+    """Frequencies over growth rates, a column per case."""
     shown = shown_branches(record)
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))

@@ -57,7 +57,7 @@ def _shares(axes: Axes, record: Ensemble) -> None:
 
 
 def _lost(axes: Axes, record: Ensemble, reference: ParameterSet) -> None:
-    """Draw the share of time without contact on the line over that on points, a dot a set."""
+    """Draw the share of time without contact on the line over that on points, a dot per set."""
     points, line = np.array(record.lost).T / 10.0  # stored per mille
     axes.plot([0, 100], [0, 100], "k-", lw=0.6)
     axes.plot(points, line, ".", color="#1F6FA8", ms=2.4, mew=0.0)

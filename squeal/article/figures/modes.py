@@ -40,8 +40,10 @@ def scenes_of(record: Stability) -> list[SceneStability]:
 
 
 def modes_figure(record: Stability) -> Figure:
-    """One column a case, three modes below each other by rising frequency; some case has a sliding
-    equilibrium."""
+    """One column per case, three modes below each other by rising frequency.
+
+    Some case must have a sliding equilibrium.
+    """
     scenes = scenes_of(record)
     shown = []
     pads = []

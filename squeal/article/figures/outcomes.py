@@ -42,7 +42,7 @@ def _colours_of(row: After) -> tuple[str, str]:
 
 
 def _tiles(axes: Axes, shown: dict[str, tuple[After, ...]], ratios: tuple[float, ...]) -> None:
-    """A row a motion, a column a damping ratio, with the share that lasts."""
+    """A row per motion, a column per damping ratio, with the share that lasts."""
     for y, rows in enumerate(shown.values()):
         for x, row in enumerate(rows):
             colour, ink = _colours_of(row)

@@ -1,4 +1,4 @@
-"""What becomes of other initial conditions, from the study of the same name: a map a case."""
+"""What becomes of other initial conditions, from the study of the same name: a map per case."""
 
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap

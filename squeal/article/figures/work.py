@@ -1,4 +1,4 @@
-"""Error of the final place against work, a panel a case, from the study `accuracy`."""
+"""Error of the final place against work, a panel per case, from the study `accuracy`."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -59,7 +59,7 @@ def panel(axes: Axes, points: Sequence[Point], where: Where) -> None:
 def panels(
     record: Accuracy, where: Where, label: str, rows: int, height: float
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel a case, row by row, and the axes of the grid that stay empty.
+    """A figure with a panel per case, row by row, and the axes of the grid that stay empty.
 
     where: place of a run on the abscissa, which `label` names; rows, height: of the grid of panels,
     in inches. A row has half as many panels as there are cases.

@@ -1,7 +1,7 @@
 """Random parameter sets within physical bounds, and what each of them says of the verdicts.
 
 `python -m squeal.article.identify.population workflow/stored/ensemble.csv` draws the sets and
-stores what they say, a row a set; sets that the file holds already are not computed again.
+stores what they say, a row per set; sets that the file holds already are not computed again.
 """
 
 import argparse

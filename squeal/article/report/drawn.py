@@ -35,7 +35,7 @@ def _shapes(axes: Axes) -> Iterator[tuple[str, Any, list[np.ndarray]]]:
 
 
 def rows(figure: Figure) -> Iterator[tuple[Any, ...]]:
-    """One row a point, in the order in which it is drawn; a row without x and y ends a stretch."""
+    """One row per point, in drawing order; a row without x and y ends a piece of a curve."""
     for panel, axes in enumerate(figure.axes, start=1):
         labels = axes.get_xlabel(), axes.get_ylabel()
         for order, (kind, artist, stretches) in enumerate(_shapes(axes), start=1):

@@ -57,6 +57,7 @@ class _Equations:
     """Gaps and accelerations of models B1 and B2 (the energy-consistent law of the line)."""
 
     def __init__(self, name: str, pad: Pad) -> None:
+        """Corners, springs and stiffnesses of a pad; name: of the model."""
         self.pad = pad
         self.line = name == "B2"
         # corners of the undisplaced pad from its mass centre, leading and trailing
@@ -97,7 +98,7 @@ class _Equations:
         pad = self.pad
 
         def function(z: complex, angle: float) -> tuple[complex, float]:
-            """From the forces of both supports and of the contact, and their moments."""
+            """The accelerations, from the loads of both supports and of the contact."""
             self.count += 1
             turn = _rotation_less_one(angle)
             force = complex(0.0, -(pad.F_n or 0.0))

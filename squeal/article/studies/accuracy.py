@@ -231,7 +231,7 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
         state: np.ndarray,
         stop: float,
     ) -> Leg:
-        """To the first event of an edge that changes contact, by `solve_ivp`."""
+        """The leg to the first event of an edge that changes contact, by `solve_ivp`."""
         # solve_ivp asks for each edge alone: the gaps of a state are computed once for both
         gaps_at = lru_cache(maxsize=1)(lambda state_bytes: gaps(np.frombuffer(state_bytes)))
         events = []
@@ -273,7 +273,7 @@ def with_fixed_step(scene: Scene, tolerance: float) -> Run:
         state: np.ndarray,
         stop: float,
     ) -> Leg:
-        """Step by step to the first one at whose end the sign of a gap has changed."""
+        """The leg up to the end of the first step at which the sign of a gap has changed."""
         now = t
         s = state
         steps = 0

@@ -53,7 +53,7 @@ class SampledShare(Record):
 
 
 class Basin(Result):
-    """shares: by motion, a row a half-width; compression: by motion, in micrometres; ratio: modal
+    """shares: by motion, a row per half-width; compression: by motion, in micrometres; ratio: modal
     damping; axes: of the box, velocities over (k1/m)^(1/2); seed: of the draws; windows:
     observation times after which a motion is looked at."""
 
@@ -68,7 +68,7 @@ class Basin(Result):
 
 
 def shares(scene: Scene) -> tuple[SampledShare, ...]:
-    """A row a half-width of the box."""
+    """A row per half-width of the box."""
     assert scene.stop is not None
     model = damped_model(damped(scene, RATIO))
     rows = []

@@ -353,7 +353,7 @@ def repeat(scene: Scene, stored: Sequence[LeastDisturbance]) -> Repeats:
 
 
 def motion(scene: Scene, stored: Stored, boundaries: Sequence[Boundary]) -> Motion:
-    """All of one motion, from its boundaries and what is stored of it."""
+    """A motion as it is reported, from its boundaries and what is stored of it."""
     compression = 1e6 * DampedContact.of(scene, A_RANGE[0], QUOTED_ZETA).length
     mu = float(scene.pad.mu)
     sliding = []

@@ -74,7 +74,7 @@ class EquilibriumPoles(Record):
 
 
 class Locus(Record):
-    """The six poles over friction: real (1/s), imag (rad/s): a row a pole, over `mu`."""
+    """The six poles over friction: real (1/s), imag (rad/s): a row per pole, over `mu`."""
 
     mu: Row
     real: tuple[Row, ...]
@@ -347,7 +347,7 @@ class FollowedPoles(NamedTuple):
 
 
 def followed_poles(scene: Scene, mus: np.ndarray) -> FollowedPoles:
-    """About the equilibrium that follows friction."""
+    """Poles about the equilibrium that follows friction, at those of `mus` that it reaches."""
     import control
 
     branch = Branch.of(damped_model(scene), GREATEST)

@@ -160,7 +160,7 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     contact_states = {name: equilibrium_contact(scenes[name]) for name in cases}
     motions = {name: motion(case, contact_states[name]) for name, case in cases.items()}
     verdicts: dict[str, str | None] = {}  # None without a sliding equilibrium
-    late: dict[str, list[After]] = {}  # what motions with damping come to, a row a repeat
+    late: dict[str, list[After]] = {}  # what motions with damping come to, a row per repeat
     for name, state in contact_states.items():
         verdicts[name] = None
         if state is None:

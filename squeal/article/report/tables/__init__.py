@@ -1,1 +1,1 @@
-"""Tables of the paper, a module a table: `table` from records of results, and its `CAPTION`."""
+"""Tables of the paper, a module per table: `table` from records of results, and its `CAPTION`."""

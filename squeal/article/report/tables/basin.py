@@ -14,7 +14,7 @@ NAMES = {"b1-d": "points, B1 (d)", "b2-d-integral": "line, B2 (d)"}
 
 
 def table(basin: Basin) -> str:
-    """A row a model, a column a half-width."""
+    """The table in LaTeX, a row per model, a column per half-width."""
     rows = []
     widths: list[str] = []
     for name, shares in basin.shares.items():

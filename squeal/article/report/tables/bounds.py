@@ -34,7 +34,7 @@ def _ends(bound: Bound) -> list[str]:
 
 
 def table(ensemble: Ensemble) -> str:
-    """A row a number."""
+    """The table in LaTeX, a row per number."""
     rows = []
     for bound in ensemble.bounds:
         if bound.name != "start":

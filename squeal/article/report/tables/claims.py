@@ -11,7 +11,7 @@ say so."""
 
 
 def table(claims: Claims, sets: Sets) -> str:
-    """A row a statement."""
+    """The table in LaTeX, a row per statement."""
     rows = []
     for claim in claims.claims:
         verdict = rf"\verdict{{{claim.verdict}}}"

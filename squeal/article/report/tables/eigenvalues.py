@@ -10,7 +10,7 @@ are set to zero."""
 
 
 def table(eigenvalues: Eigenvalues) -> str:
-    """A group of rows a case, a row for a pair or a real eigenvalue."""
+    """The table in LaTeX, a group of rows a case, a row for a pair or a real eigenvalue."""
     groups = []
     for scene, entry in eigenvalues.scenes.items():
         case = f"{scene[:2].upper()} ({scene[-1]})"

@@ -38,7 +38,7 @@ def _changes(case: Outcome) -> str:
 
 
 def table(extreme: Extreme) -> str:
-    """A row a case."""
+    """The table in LaTeX, a row per case."""
     rows = []
     group = ""
     for case in extreme.cases:

@@ -9,7 +9,7 @@ file whose pages we did not see, so that two misprints may be faults of the extr
 
 
 def table(findings: Findings) -> str:
-    """A row a finding."""
+    """The table in LaTeX, a row per finding."""
     rows = []
     for finding in findings.findings:
         statement = rf"{typeset(finding.statement)} \emph{{({typeset(finding.worth)})}}"

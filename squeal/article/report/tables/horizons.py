@@ -28,7 +28,7 @@ def _after(run: Run, periods: float) -> str:
 
 
 def table(horizon: Horizon) -> str:
-    """A row a stiffness, a group a model."""
+    """The table in LaTeX, a row per stiffness, a group per model."""
     groups = []
     for model in ("B1", "B2"):
         rows = []

@@ -45,7 +45,7 @@ def _lively(onset: Onset, lively: Settled, at: str) -> list[str]:
 
 
 def table(onset: Onset) -> str:
-    """A row a motion and damping ratio."""
+    """The table in LaTeX, a row per motion and damping ratio."""
     rows = []
     for name, every in onset.after.items():
         for place, row in enumerate(every):

@@ -9,7 +9,7 @@ MODELS = ("B1", "B2")
 
 
 def table(hammering: Hammering) -> str:
-    """A row a level, a column a model and observation time."""
+    """The table in LaTeX, a row per level, a column per model and observation time."""
     levels = dict.fromkeys(key.split(", ")[0] for key in hammering.hammering)
     head = ["impulse"]
     for model in MODELS:

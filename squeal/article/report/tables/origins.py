@@ -23,7 +23,7 @@ def _stem(file: str) -> str:
 
 
 def table() -> str:
-    """A row a figure, then a row a table."""
+    """The table in LaTeX, a row per figure, then a row per table."""
     rows = []
     for name, figure in FIGURES.items():
         results = [_stem(file) for file in figure.reads]

@@ -28,7 +28,7 @@ ROWS = {
 
 
 def table(sets: Sets) -> str:
-    """A column a set."""
+    """The table in LaTeX, a column per set."""
     rows = []
     for key, texts in ROWS.items():
         values = [number(one.parameters[key], 5) for one in sets.sets.values()]

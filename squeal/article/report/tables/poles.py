@@ -36,7 +36,7 @@ def _row(name: str, loop: Loop) -> list[str]:
 
 
 def table(eigenvalues: Eigenvalues) -> str:
-    """A row a case, a group a model."""
+    """The table in LaTeX, a row per case, a group per model."""
     groups: dict[str, list[list[str]]] = {}
     for name, loop in eigenvalues.loops.items():
         rows = groups.setdefault(name[:2], [])

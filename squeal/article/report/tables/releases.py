@@ -11,7 +11,7 @@ one. Start: contact force of the set's own initial conditions over $F_n$."""
 
 
 def table(releases: Releases) -> str:
-    """A row a parameter set, a column a load."""
+    """The table in LaTeX, a row per parameter set, a column per load."""
     rows = []
     for name, one in releases.sets.items():
         start = f"{one.start['B1']:.2f} / {one.start['B2']:.2f}"

@@ -80,7 +80,7 @@ SHOWN: tuple[tuple[str, tuple[str, ...], Callable[[ParameterSet, str], str]], ..
 
 
 def table(sets: Sets) -> str:
-    """A column a set."""
+    """The table in LaTeX, a column per set."""
     every = list(sets.sets.values())
     ratios = []
     for key, name in NAMES.items():

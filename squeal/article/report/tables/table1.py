@@ -24,7 +24,7 @@ def _rows(condition: Condition) -> list[list[str]]:
 
 
 def table() -> str:
-    """The conditions for a change of state in model B1."""
+    """The table in LaTeX, a group per pair of states, a row per edge that must pass."""
     groups: list[list[list[str]]] = []
     pair: list[set[State]] = []
     for condition in conditions():

@@ -20,7 +20,7 @@ SIGNS = {1: ">", 0: "=", -1: "<"}
 
 
 def table() -> str:
-    """The contact states."""
+    """The table in LaTeX, a row per contact state and sign of the tilt."""
     groups: dict[int, list[list[str]]] = {tilt: [] for tilt in SIGNS}
     for (tilt, state), printed in PRINTED.items():
         leading = r"$p_l > 0$" if state[0] else r"$p_l \le 0$"

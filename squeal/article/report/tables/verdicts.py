@@ -52,7 +52,7 @@ def entry(one: Share | None) -> str:
 
 
 def table(ensemble: Ensemble) -> str:
-    """A row a statement."""
+    """The table in LaTeX, a row per statement."""
 
     def row(words: str, name: str) -> list[str]:
         return [words, *(entry(ensemble.shares[name].get(group)) for group in GROUPS)]

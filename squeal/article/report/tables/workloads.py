@@ -10,7 +10,7 @@ some per cent with the processor."""
 
 
 def table(accuracy: Accuracy) -> str:
-    """A row an integrator, a column a case."""
+    """The table in LaTeX, a row per integrator, a column per case."""
     if not accuracy.points:
         return tabular("l", [""], [[[typeset(accuracy.left_out)]]])
     rows = []

@@ -10,7 +10,7 @@ episodes of partial contact; greatest kinetic energy."""
 
 
 def table(energy: Energy) -> str:
-    """A row a motion."""
+    """The table in LaTeX, a row per motion."""
     head = ["", "friction", "brake force", "law, positive", "episodes", "law, negative", "episodes"]
     groups: dict[str, list[list[str]]] = {}
     for name, one in energy.motions.items():
