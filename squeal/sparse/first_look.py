@@ -77,7 +77,8 @@ DECAYED = 2.0  # times its error: a root that decays by more is not corrected
 class Structure:
     """F = K - shift M of the symmetric parts of M and K at some parameters, without friction.
 
-    `shift` is half the square of the `highest` frequency of the region, rad/s.
+    `shift` is half the square of the `highest` frequency (rad/s) of the region. Where F is singular
+    the first use of `factor` raises the shift a little, and changes F with it.
     """
 
     def __init__(self, frictionless_problem: ScaledProblem, highest: float) -> None:
@@ -91,10 +92,10 @@ class Structure:
 
     @cached_property
     def factor(self) -> Factor:
-        """F, factorised at the first use, which may move the shift."""
+        """F, factorised at the first use."""
         try:
             return factorise(self.F)
-        except ZeroDivisionError:  # the shift is the square of a frequency
+        except ZeroDivisionError:  # the shift is the square of a natural frequency
             shift_change = max(1e-6 * self.shift, 1e-12 * abs(self.F).max() / abs(self.M).max())
             self.shift += shift_change
             self.F = (self.F - shift_change * self.M).tocsc()
@@ -124,7 +125,8 @@ class Structure:
             right=outside_right / balance + V @ (Q @ with_sign),
         )
 
-    def __getstate__(self) -> dict[str, object]:  # a factor stays in its process
+    def __getstate__(self) -> dict[str, object]:
+        # a factor stays in its process: another process factorises F anew
         return {name: value for name, value in vars(self).items() if name != "factor"}
 
     def modes(self, highest: float) -> NDArray:
