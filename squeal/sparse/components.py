@@ -228,16 +228,14 @@ class Component:
             centrifugal = product_with(squared, 0.5)  # -Z
             # the same with |J| bounds the errors of the entries
             coriolis.append(term.mapped(gyroscopic, product_with(abs(cross), 1.0), once))
-            softening.append(term.mapped(centrifugal, product_with(abs(squared), 0.5), twice))
+            if not preloaded:
+                softening.append(term.mapped(centrifugal, product_with(abs(squared), 0.5), twice))
         # a name that is left out here may be a parameter of the system already
         needed = {name: values[name] for name in formula.names if name in values}
-        stiffness = self.system.K
-        if not preloaded:
-            stiffness = (*stiffness, *softening)
         system = replace(
             self.system,
             C=(*self.system.C, *coriolis),
-            K=stiffness,
+            K=(*self.system.K, *softening),
             parameters={**self.system.parameters, **needed},
         )
         return replace(self, system=system)
@@ -363,8 +361,8 @@ class Component:
             raise InputError(f"{self.name}: the nodes in contact do not hold it; it needs supports")
         constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
-        # the static answer K^-1 M constraint of all modes inside, less the part of those that the
-        # basis has
+        # the static answer K^-1 M constraint of all modes inside, less the part of the modes up to
+        # the cutoff
         static = factor.solve((M @ constraint)[interior])
         static -= modes @ (modes.T @ (inner_M @ static))
         # the answer is kept for motions v of the boundary to whose energy it adds a share above

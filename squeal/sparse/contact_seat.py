@@ -260,8 +260,8 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
     normals = _unit_vectors("normal", contact.normal, points)
     normal = relative_displacement(normals)
     _require_at_pairs(np.diff(normal.indptr) > 0, "pairs: no row moves along the normal", points)
-    # motion: along which a pair slides, in m of any size, or if it does not slide some direction
-    # across the normal
+    # motion: vectors of any length along which the pairs slide; if they do not slide, any vectors
+    # that are not normal
     radius = np.ones(len(points))
     slides = True
     if contact.sliding is not None:
@@ -553,7 +553,7 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         tangential = np.tile(closed * laws.tangential, 2)  # one after the other, as `across`
         A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
-        # the law of each pair is replaced by its tangent: its slope are the springs in A, and its
+        # the law of each pair is replaced by its tangent: the slope gives the springs in A, and the
         # force at u = 0, where the approach is -gap, is a preload
         preload = closed * laws.factor * (unit_forces - unit_slopes * (approach + laws.gap))
         displacements = _solve(A, load + pairs.push @ preload)
@@ -567,9 +567,9 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         is_settled = not is_nonlinear or np.allclose(approach, previous, rtol=1e-11, atol=0.0)
         if not len(changed) and is_settled:
             return _Seat(closed, unit_forces, unit_slopes, displacements)
-        if len(changed) and now_closed.tobytes() in visited:
-            one_at_a_time = True
-        if one_at_a_time and not is_nonlinear:
+        if now_closed.tobytes() in visited:
+            one_at_a_time = not is_nonlinear
+        if one_at_a_time:
             later_pairs = changed[1:]  # all but the first stay as they were
             now_closed[later_pairs] = closed[later_pairs]
         visited.add(closed.tobytes())
