@@ -185,7 +185,7 @@ def count_roots(
                 logarithms[finest - computed] = logarithms[computed].conj()
             missing = _winding_number(logarithms[indices])
             if missing is not None:
-                return missing + int(np.sum(disc.contains(known)))
+                return missing + len(known[disc.contains(known)])
     return None
 
 

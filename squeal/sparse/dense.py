@@ -128,7 +128,7 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
     # unless c / m > sqrt(noise / m), to where rounding of K moves zeros: c > sqrt(noise m)
     damping = np.linalg.svd(left_null.conj().T @ (C @ null), compute_uv=False)
     mass = float(np.linalg.norm(left_null.conj().T @ (M @ null), 2))
-    return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
+    return 2 * null.shape[1] - np.count_nonzero(damping > math.sqrt(noise * mass))
 
 
 def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray, NDArray[np.bool_]]:

@@ -228,7 +228,7 @@ def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
         inside = inside + part
     new, triangle, order = qr(remainder, mode="economic", pivoting=True, check_finite=False)
     lengths = np.abs(np.diag(triangle))
-    rank = int(np.sum(lengths > 4 * np.finfo(columns.dtype).eps * size))
+    rank = np.count_nonzero(lengths > 4 * np.finfo(columns.dtype).eps * size)
     new = new[:, :rank]
     if np.any(lengths[:rank] < 1e-3 * size):  # a small remainder is orthogonal to fewer digits
         new = new - basis @ (new.conj().T @ basis).conj().T
@@ -594,7 +594,7 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         within the reach: the disc of the count then ends far from unknown roots, which saves
         determinants."""
         well_within = (reach - shift) / REACH_OF_LOWEST
-        return bool(np.sum(np.abs(values) < well_within) > 2 * modes)
+        return len(values[np.abs(values) < well_within]) > 2 * modes
 
     basis = np.zeros((problem.n, 0))
     largest = scale  # |lambda| of the requested roots, as far as the subspaces show them
@@ -629,12 +629,13 @@ def _rigid_limit(problem: ScaledProblem) -> float:
 
 
 def _sizes_of_modes(problem: ScaledProblem, values: ComplexArray) -> Array:
-    """The |lambda|, rising, of roots that count as modes: of a pair the upper one, but both if they
-    may be the zeros of a rigid body. A real root counts although its error may put it below the
-    real axis."""
+    """The |lambda|, rising, of roots that count as modes: of a pair the upper one, but both with
+    |lambda| = 0 if they may be the zeros of a rigid body. A real root counts although its error may
+    put it below the real axis."""
     sizes = np.abs(values)
-    is_mode = (values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= _rigid_limit(problem))
-    return np.sort(sizes[is_mode])
+    is_rigid = sizes <= _rigid_limit(problem)
+    is_mode = (values.imag >= -RITZ_RESIDUAL * sizes) | is_rigid
+    return np.sort(np.where(is_rigid, 0.0, sizes)[is_mode])
 
 
 def _lowest_frequency_scale(problem: ScaledProblem) -> float:
@@ -644,7 +645,7 @@ def _lowest_frequency_scale(problem: ScaledProblem) -> float:
     shift = 1e-4 * problem.frequency_scale  # far below most roots, and not at zero
 
     def enough(values: ComplexArray, _: float) -> bool:
-        return int(np.sum(np.abs(values) > rigid)) >= 4
+        return len(values[np.abs(values) > rigid]) >= 4
 
     rough = rough_roots_near(problem, complex(shift), shift, enough)
     sizes = np.abs(rough.values)

@@ -529,7 +529,7 @@ class FirstLook(Reduction):
         """
         is_kept = ~part.contains(estimated.values)
         inside = [e for e in solved if self.region.contains(np.array(e.value))]
-        replaced = int((~is_kept).sum())
+        replaced = int(np.sum(~is_kept))
         return estimated._replace(
             values=np.append(estimated.values[is_kept], [e.value for e in inside]),
             residuals=np.append(estimated.residuals[is_kept], [e.residual for e in inside]),

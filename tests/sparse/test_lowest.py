@@ -97,6 +97,20 @@ def test_a_large_system_grows_its_region_until_it_holds_the_lowest(monkeypatch):
     assert found.certified
 
 
+@pytest.mark.parametrize("modes", [1, 4, 8, 9])
+def test_all_rigid_bodies_are_listed_whatever_number_of_modes_is_wanted(modes):
+    """Four free chains have eight roots at zero, then four pairs at 2000 sin(pi / 2 N) rad/s."""
+    rows = 60
+    ends = np.r_[1.0, 2 * np.ones(rows - 2), 1.0]
+    chain = diags_array([-np.ones(rows - 1), ends, -np.ones(rows - 1)], offsets=[-1, 0, 1])
+    K = csc_array(1e6 * kron(eye_array(4), chain))
+    found = lowest_modes(scaled_problem(eye_array(4 * rows), None, K), modes)
+    elastic = 2000 * np.sin(np.pi / (2 * rows)) * np.ones(4)
+    assert found.certified
+    assert np.count_nonzero(found.values == 0.0) == 8
+    assert upper(found) == pytest.approx(elastic[: 4 * (modes > 8)], rel=1e-9)
+
+
 def test_no_disc_is_certified_beyond_the_last_square(monkeypatch):
     """Of one square, of half width 2.04, that holds two of five modes; the next root is 2.2."""
     monkeypatch.setattr(eigensolver, "MOST_ENLARGEMENTS", 1)
