@@ -173,10 +173,7 @@ def rough_roots_near(
     report_progress(f"factorising {n} rows at {shift:.6g}")
     # where P(shift) is singular another shift close by serves
     used_shift, factor = factorise_at(problem, shift, single)
-    if problem.is_real and used_shift.imag == 0.0:
-        dtype = np.dtype(np.float32 if single else np.float64)
-    else:
-        dtype = np.dtype(np.complex64 if single else np.complex128)
+    dtype = factor.dtype
     slope = (radius * problem.slope(used_shift)).astype(dtype)
     mass = (radius**2 * problem.M).astype(dtype)
 
@@ -607,6 +604,8 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         reached = sizes[sizes < reach]
         if len(reached) < min(modes, problem.n):
             break  # the subspace does not reach all requested modes
+        if np.isinf(reach) and len(rough.values) < 2 * problem.n:
+            break  # it is invariant, and shows a root of high multiplicity a few times only
         region = _disc_of_lowest(reached, modes, reach)
         roots = corrected_roots(problem, rough.factor, basis, region)
         if roots is None:
@@ -656,12 +655,16 @@ def _lowest_frequency_scale(problem: ScaledProblem) -> float:
 
 def _disc_of_lowest(sizes: Array, modes: int, reach: float) -> Disc:
     """The disc around zero that holds the lowest modes, from the sorted |lambda| (m,) of all modes
-    up to `reach`: it ends halfway to the next one, or to the reach if there is none. Raises
-    ComputationError without any mode."""
+    up to `reach`: it ends halfway to the next one, or to the reach if there is none.
+
+    An infinite reach says that there are no other modes. Raises ComputationError without any mode.
+    """
     if not len(sizes):
         raise ComputationError("no root was found near zero; a band or region is required")
     last = sizes[min(modes, len(sizes)) - 1]
     beyond = np.min(sizes[sizes > last * (1 + RITZ_RESIDUAL)], initial=reach)
+    if np.isinf(beyond):  # any disc that is larger serves
+        beyond = 2 * last or 1.0
     return Disc(float(last + beyond) / 2)
 
 
@@ -672,9 +675,7 @@ def _lowest_of_all(problem: ScaledProblem, modes: int, certify: bool) -> Modes:
     values = all_values
     if problem.is_real:  # the lower roots follow as conjugates
         values = values[values.imag >= 0.0]
-    sizes = _sizes_of_modes(problem, values)
-    beyond_all = 2 * float(np.max(sizes, initial=0.0))  # where the disc of all roots may end
-    region = _disc_of_lowest(sizes, modes, beyond_all)
+    region = _disc_of_lowest(_sizes_of_modes(problem, values), modes, math.inf)
     roots = roots_at(M, C, K, values[region.contains(values)])
     if problem.is_real:
         roots = roots.with_conjugates()

@@ -111,6 +111,28 @@ def test_all_rigid_bodies_are_listed_whatever_number_of_modes_is_wanted(modes):
     assert upper(found) == pytest.approx(elastic[: 4 * (modes > 8)], rel=1e-9)
 
 
+@pytest.mark.parametrize(("rows", "loss"), [(9, 0.05), (9, 0.0), (20, 0.0)])
+def test_a_subspace_may_hold_all_modes(rows, loss):
+    """More modes are wanted than there are: a chain, sqrt(1 + 0.05 i) 2 sin of known angles."""
+    chain = diags_array(
+        [-np.ones(rows - 1), 2 * np.ones(rows), -np.ones(rows - 1)], offsets=[-1, 0, 1]
+    )
+    K = csc_array((1 + 1j * loss) * chain if loss else chain)
+    found = lowest_modes(scaled_problem(eye_array(rows), None, K), 2 * rows)
+    exact = 2 * np.sin(np.pi * np.arange(1, rows + 1) / (2 * rows + 2))
+    assert found.certified
+    assert upper(found) == pytest.approx((np.sqrt(1 + 1j * loss) * exact).real, rel=1e-9)
+
+
+@pytest.mark.parametrize("modes", [1, 3, 5])
+def test_equal_oscillators_are_all_listed(modes):
+    """Of two frequencies a subspace shows each a few times, and nothing else."""
+    K = diags_array(np.repeat([4.0, 9.0], 120))
+    found = lowest_modes(scaled_problem(eye_array(240), None, csc_array(K)), modes)
+    assert found.certified
+    assert upper(found) == pytest.approx(2.0 * np.ones(120), rel=1e-12)
+
+
 def test_no_disc_is_certified_beyond_the_last_square(monkeypatch):
     """Of one square, of half width 2.04, that holds two of five modes; the next root is 2.2."""
     monkeypatch.setattr(eigensolver, "MOST_ENLARGEMENTS", 1)
