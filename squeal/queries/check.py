@@ -26,7 +26,7 @@ from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
 from squeal.queries.systems.system_analysis import SystemAnalysis, file_of
 from squeal.results.columns import basis_text
 from squeal.schema import Whole, public
-from squeal.sparse.factor import factorise
+from squeal.sparse.factor import factorise, modes_near
 from squeal.sparse.quadratic import ScaledSystem
 
 BELOW = -1e-6  # of the square of the frequency scale: where real modes are searched from
@@ -316,17 +316,13 @@ def _lowest_by_lanczos(
     ArpackError
         If the iteration does not converge.
     """
-    from scipy.sparse.linalg import LinearOperator, eigsh
-
     factor = factorise((K - shift * M).tocsc())
-    inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
     squares = np.empty(0)
     computed = count
-    start = np.random.default_rng(0).standard_normal(K.shape[0])
     while np.sum(squares > noise) < count and computed < count + MOST_MORE:
         computed += MORE
         # where all eigenvalues are equal, as with K in place of M, it never converges
-        squares, vectors = eigsh(K, computed, M, sigma=shift, OPinv=inverse, maxiter=100, v0=start)
+        squares, vectors = modes_near(K, M, shift, computed, factor, maxiter=100)
     return squares, vectors
 
 

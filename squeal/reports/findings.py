@@ -17,10 +17,12 @@ from squeal.model.pad import PARAMETERS
 from squeal.queries.check import Check
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.energy import Energy
-from squeal.queries.meetings import MOST, Cure, Meeting, MeetingSearch
 from squeal.queries.mode_paths import Paths
 from squeal.queries.ranges import DISAGREES
-from squeal.queries.remedies import BETTER, Bound, Change, Effect, Remedy, RemedySearch
+from squeal.queries.remedies.changes import Change, Effect
+from squeal.queries.remedies.cures import MOST, MeetingSearch
+from squeal.queries.remedies.meetings import Cure, Meeting
+from squeal.queries.remedies.parameters import BETTER, Bound, Remedy, RemedySearch
 from squeal.queries.systems.all_roots import is_small
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity

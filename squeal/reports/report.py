@@ -15,10 +15,11 @@ from squeal.queries.check import check
 from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import energy
-from squeal.queries.meetings import find_meetings
 from squeal.queries.mode_paths import Paths
 from squeal.queries.options import Subject, upper_end
-from squeal.queries.remedies import find_remedies, keep_below, search_options
+from squeal.queries.remedies.changes import Brake
+from squeal.queries.remedies.cures import find_meetings
+from squeal.queries.remedies.parameters import find_remedies, keep_below
 from squeal.queries.sensitivity import sensitivity
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.systems.all_roots import is_small
@@ -138,7 +139,7 @@ def report(
         of_onset = sensitivity(subject, of="threshold", known=losses)
     spectrum = spectrum.with_onsets(losses)
     outside = _thresholds_outside(subject, spectrum, losses, options)
-    with_change = search_options(spectrum, losses, options)
+    brake = Brake(spectrum, losses, end, options)
     return Report(
         name=spectrum.name,
         eigenvalues=spectrum,
@@ -147,9 +148,9 @@ def report(
         onset=of_onset,
         check=None if isinstance(subject, Scene) else check(subject),
         energy=energy(spectrum, parts),
-        search=find_remedies(spectrum, of_modes, end, options, with_change),
-        cures=find_meetings(spectrum, options, losses.low, end, paths, with_change),
-        bound=keep_below(spectrum, losses, outside, options),
+        search=find_remedies(brake, of_modes),
+        cures=find_meetings(brake, paths),
+        bound=keep_below(brake, outside),
         chart=chart,
         subject=subject,
         critical=rotor,

@@ -23,7 +23,7 @@ from squeal.linear.matrices import EPS, Matrix, is_sparse, norm_of
 from squeal.linear.system import System, Term
 from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import ANY, POSITIVE, Place, refuse_unit
-from squeal.sparse.factor import Factor, factorise
+from squeal.sparse.factor import Factor, factorise, modes_near
 from squeal.sparse.quadratic import Array, ComplexArray, Indices
 from squeal.sparse.reduced_basis import term_weights
 
@@ -483,15 +483,12 @@ def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tu
     rows or more. Raises ZeroDivisionError if the dense solver finds K not positive definite.
     """
     from scipy.linalg import eigh
-    from scipy.sparse.linalg import LinearOperator, eigsh
 
     n = K.shape[0]
     limit = (2 * np.pi * cutoff) ** 2
     count = 24
     while 4 * count < n:
-        inverse = LinearOperator((n, n), matvec=factor.solve, dtype=float)
-        start = np.random.default_rng(n).standard_normal(n)
-        squares, modes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
+        squares, modes = modes_near(K, M, 0.0, count, factor, seed=n)
         if squares.max() > limit:
             return squares[squares <= limit], modes[:, squares <= limit]
         count *= 2

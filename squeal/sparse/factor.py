@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
+from squeal.linear.matrices import Array, Matrix
 from squeal.sparse.quadratic import ScaledProblem
 
 if TYPE_CHECKING:
@@ -245,6 +246,46 @@ def factorise(matrix: csc_array, single: bool = False, reusable: Factor | None =
         with suppress(ImportError):
             return _Pardiso(rounded, _mkl(), reusable)
     return Factor(rounded)
+
+
+def modes_near(
+    K: Matrix, M: Matrix, shift: float, count: int, factor: Factor, seed: int = 0, **limits: int
+) -> tuple[Array, Array]:
+    """The `count` real modes of K x = s M x nearest to a shift, by inverse (Lanczos) iteration.
+
+    Parameters
+    ----------
+    K, M : sparse array (n, n)
+        Symmetric.
+    shift : float
+        In the unit of s.
+    count : int
+        How many.
+    factor : Factor
+        Of K - shift M.
+    seed : int
+        Of the random vector that the iteration starts from.
+    limits : int
+        Of the iteration, as `scipy.sparse.linalg.eigsh` takes them.
+
+    Returns
+    -------
+    squares : array (count,)
+        The eigenvalues s, in no order.
+    shapes : array (n, count)
+        The modes, with x' M x = 1.
+
+    Raises
+    ------
+    ArpackError
+        If the iteration does not converge.
+    """
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
+    inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
+    start = np.random.default_rng(seed).standard_normal(K.shape[0])
+    squares, shapes = eigsh(K, count, M, shift, OPinv=inverse, v0=start, **limits)
+    return squares, shapes
 
 
 def factorise_at(

@@ -16,7 +16,7 @@ from squeal.numerics.differentiation import Formula
 from squeal.plots.campbell import campbell_drawing
 from squeal.plots.damping import COLOURS, damping_drawing
 from squeal.plots.energy import energy_sweep_drawing
-from squeal.queries.meetings import Cure
+from squeal.queries.remedies.meetings import Cure
 from squeal.queries.systems import thresholds as located
 from squeal.reports import page as html
 from tests.cli.calls import run

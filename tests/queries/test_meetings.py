@@ -8,8 +8,9 @@ from scipy.optimize import brentq
 from scipy.sparse import csc_array
 
 import squeal
-from squeal.queries.meetings import Cure, find_meetings
+from squeal.queries.remedies.meetings import Cure
 
+pytestmark = pytest.mark.usefixtures("coarse_charts")
 LOWER, UPPER = 400.0, 420.0  # rad/s
 FORCE = 12_000.0  # of friction: the pair has met where it is above half of what squares differ by
 FRICTION = np.array([[0.0, FORCE], [-FORCE, 0.0]])
@@ -21,8 +22,14 @@ def pair(*damping):
     return squeal.System(np.eye(2), np.diag(damping), K, parameters={"mu": 1.0})
 
 
+def meeting_of(system):
+    """The real modes behind the one growing mode."""
+    (meeting,) = squeal.report(system).meetings.values()
+    return meeting
+
+
 def cures_of(system):
-    (meeting,) = find_meetings(squeal.eigenvalues(system), {}).meetings.values()
+    meeting = meeting_of(system)
     assert meeting.hertz == pytest.approx((LOWER / math.tau, UPPER / math.tau))
     return meeting.cures
 
@@ -74,7 +81,6 @@ def test_damping_of_one_mode_is_that_of_hurwitz():
     assert cures[Cure.BOTH] < min(lower, upper)
 
 
-@pytest.mark.usefixtures("coarse_charts")
 def test_damping_of_a_whirl_is_enough_at_lower_speeds_that_need_more():
     """2 (h - d) of lambda^2 + 2 d lambda + 1 = 2 i h: h is highest at 1, well below the speed."""
     skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
@@ -108,8 +114,9 @@ def test_modes_of_unlike_damping_meet_where_undamped_ones_coalesce(ratios):
 
 def test_a_mode_without_a_partner_is_damped_alone():
     """x'' - 0.02 x' + x = 0 beside a damped mode: 1 % of critical damping are missing."""
-    lonely = squeal.System(np.eye(2), np.diag([-0.02, 0.02]), np.diag([1.0, 1.44]))
-    (meeting,) = find_meetings(squeal.eigenvalues(lonely), {}).meetings.values()
+    K = {"1": np.diag([1.0, 1.44]), "mu": np.zeros((2, 2))}
+    lonely = squeal.System(np.eye(2), np.diag([-0.02, 0.02]), K, parameters={"mu": 1.0})
+    meeting = meeting_of(lonely)
     assert meeting.hertz == pytest.approx([1.0 / math.tau])
     assert set(meeting.cures) == {Cure.BOTH}
     assert 0.01 <= meeting.cures[Cure.BOTH] <= 0.0111
@@ -119,10 +126,10 @@ def test_slow_whirl_that_nothing_damps_is_stopped_by_damping():
     """z'' - i g z' + (1 - i k) z = 0: gyroscopic forces beside cross-coupled stiffness of 2e-8 are
     not undamped, and growth of 8e-9 of the frequency is growth."""
     skew = np.array([[0.0, 1.0], [-1.0, 0.0]])
-    rotor = squeal.System(np.eye(2), 0.5 * skew, np.eye(2) + 2e-8 * skew)
-    spectrum = squeal.eigenvalues(rotor)
-    (mode,) = spectrum.unstable
-    (meeting,) = find_meetings(spectrum, {}).meetings.values()
+    K = {"1": np.eye(2) + 2e-8 * skew, "mu": np.zeros((2, 2))}
+    rotor = squeal.System(np.eye(2), 0.5 * skew, K, parameters={"mu": 1.0})
+    (mode,) = squeal.eigenvalues(rotor).unstable
+    meeting = meeting_of(rotor)
     growth = np.roots([1.0, -0.5j, 1.0 - 2e-8j]).real.max()
     assert mode.growth_rate == pytest.approx(growth, rel=1e-3)
     share = meeting.cures[Cure.BOTH]
@@ -130,7 +137,6 @@ def test_slow_whirl_that_nothing_damps_is_stopped_by_damping():
     assert share <= 2.0**-17 / 250.0  # no smaller share is told apart
 
 
-@pytest.mark.usefixtures("coarse_charts")
 def test_growth_below_the_rounding_of_the_search_has_no_cure_and_a_report():
     """A mode grows by 5e-11 of its frequency, by its own damping: no amount of zero is advised."""
     K = {"1": np.diag([1.0, 4.0]), "mu": np.array([[0.0, 0.1], [-0.1, 0.0]])}
@@ -147,7 +153,6 @@ def test_damping_of_one_mode_that_stops_growth_up_to_less_is_left_out():
     b = 0.0904357079738508
     C = np.diag([0.015262570650881064, 0.013957871413661628])
     K = {"1": np.diag(omega**2), "mu": [[0.0, b], [-b, 0.0]]}
-    spectrum = squeal.eigenvalues(squeal.System(np.eye(2), C, K, parameters={"mu": 1.0}))
-    (meeting,) = find_meetings(spectrum, {}, high=2.0).meetings.values()
+    meeting = meeting_of(squeal.System(np.eye(2), C, K, parameters={"mu": 1.0}))
     assert Cure.BOTH in meeting.advised
     assert meeting.alone is None

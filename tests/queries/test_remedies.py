@@ -12,9 +12,9 @@ from scipy.optimize import bisect
 import squeal
 from squeal.errors import ComputationError, InputError
 from squeal.linear import Spectrum
-from squeal.queries.meetings import Cure
 from squeal.queries.pads.equilibrium import analyse, spectra_of_pads
-from squeal.queries.remedies import MOST_STEPS
+from squeal.queries.remedies.changes import MOST_STEPS
+from squeal.queries.remedies.meetings import Cure
 from squeal.reports.page import page
 from tests.conftest import ROOT
 
@@ -150,8 +150,8 @@ def test_pads_computed_together_have_the_eigenvalues_of_each_alone():
 
 def test_the_remedy_of_a_pad_is_the_least_angle_and_the_other_way_is_named(monkeypatch):
     """Nothing damps the pad: what grows parts from the axis like a root. One step reaches both."""
-    monkeypatch.setattr("squeal.queries.remedies.STEPS", (10,))
-    monkeypatch.setattr("squeal.queries.remedies.MOST_REMEDIES", 2)
+    monkeypatch.setattr("squeal.queries.remedies.parameters.STEPS", (10,))
+    monkeypatch.setattr("squeal.queries.remedies.parameters.MOST_REMEDIES", 2)
     scene = squeal.read_scene(EXAMPLES / "pad.yaml")
     report = squeal.report(scene)
     change = report.remedy.change
@@ -333,8 +333,8 @@ def test_a_mode_that_leaves_the_band_has_not_stopped():
 def counts_as_large(monkeypatch):
     """What 44 rows are treated as where fewer than these are few."""
     monkeypatch.setattr("squeal.queries.systems.all_roots.ALL_ROWS", 40)
-    monkeypatch.setattr("squeal.queries.meetings.DENSE_ROWS", 40)
-    monkeypatch.setattr("squeal.queries.remedies.DENSE_ROWS", 40)
+    monkeypatch.setattr("squeal.queries.remedies.treated.DENSE_ROWS", 40)
+    monkeypatch.setattr("squeal.queries.remedies.parameters.DENSE_ROWS", 40)
 
 
 def large(mu):

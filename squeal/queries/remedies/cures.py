@@ -1,0 +1,378 @@
+"""What would stop all growing modes: separation of the real modes behind them, or their damping.
+
+Separation adds (w_2^2 - w^2) M x x' M to K, which raises the upper mode of two from w to w_2 alone;
+damping adds 2 zeta w M x x' M to C. Real modes at which the modes of a chart that meet begin are
+tried first, then pairs of the three that take part most in the growing mode: the first with which
+most is known to stop all. A real mode behind several growing ones gets the largest of what these
+need.
+
+What is just enough is the least at the present value of the free parameter, of many rows on a
+basis of modes. What is advised is a tenth more at least, and enough for a tenth more of the
+parameter. It is confirmed as it is advised: for all modes at once, with the full matrices, at all
+values up to there. If something grows at one of these, that value joins those at which amounts are
+searched.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from squeal.errors import ComputationError, InputError
+from squeal.queries.mode_paths import Paths
+from squeal.queries.remedies.changes import IN_HAND, Brake, Effect, loss_of, rounded
+from squeal.queries.remedies.meetings import SIDES, Cure, Meeting
+from squeal.queries.remedies.treated import TreatedBrake, Treatment
+from squeal.results.thresholds import Thresholds
+
+LEAST = 2.0**-17  # of the frequency, or of critical damping: the first change that is tried
+MOST = 0.25  # and the last one
+BISECTIONS = 8  # of a factor of two: amounts have two digits
+RETRIES = 8  # of what is not confirmed: with one value more, or with 5 % more
+
+Cures: TypeAlias = Mapping[int, Cure]
+"""The kind of cure for each growing mode, by its number."""
+Shares: TypeAlias = Mapping[int, float]
+"""For each growing mode how much of its cure, as a share of the upper frequency or of critical
+damping."""
+Amounts: TypeAlias = Mapping[int, float]
+"""The same in Hz, or as a share of critical damping."""
+
+
+class MeetingSearch(NamedTuple):
+    """The real modes behind growing modes, and what stops all growth.
+
+    meetings: by the number of the growing mode; treatments: what separation and damping do as
+    advised, of the kind that is known to stop all; with_window: the kinds of cure with which
+    something grows at lower values of the free parameter.
+    """
+
+    meetings: Mapping[int, Meeting]
+    treatments: Mapping[Cure, Effect]
+    with_window: Sequence[Cure]
+
+
+def find_meetings(
+    brake: Brake,
+    paths: Paths,
+) -> MeetingSearch:
+    """The real modes behind each growing mode, with what stops all growing modes.
+
+    Empty where matrices follow the frequency, or the mass is complex. A growing mode of which no
+    real mode is known, such as one that does not oscillate, is left out, and the others have no
+    cures then; nor have they where a computation fails.
+
+    Parameters
+    ----------
+    brake : Brake
+        As it is. With a cure nothing may grow from the lower end of the range of its thresholds to
+        the present value; beyond, the next loss of stability is searched.
+    paths : Paths
+        The modes of a chart, with the numbers of those of the brake: which of them meet.
+    """
+    spectrum = brake.spectrum
+    meetings: dict[int, Meeting] = {}
+    treatments: dict[Cure, Effect] = {}
+    with_window: list[Cure] = []
+    with suppress(InputError, ComputationError):
+        treated = TreatedBrake(brake)
+        candidates: dict[int, list[Meeting]] = {}
+        for mode in spectrum.unstable:
+            number_of_mode = spectrum.mode_of(mode)
+            starts = paths.starts(paths.group_of(number_of_mode))
+            of_mode = treated.modes.behind(mode, starts)
+            if of_mode and number_of_mode is not None:
+                candidates[number_of_mode] = of_mode
+                meetings[number_of_mode] = of_mode[0]
+        if candidates and len(candidates) == len(spectrum.unstable):
+            search = _Search(treated)
+            search.choose(candidates)
+            search.damp_one_of_each()
+            meetings = search.meetings
+            with_window = search.cures_with_window()
+            for cure in (Cure.APART, Cure.BOTH):
+                if cure in search.confirmed:
+                    with suppress(InputError, ComputationError):  # the other kind may be known
+                        treatments[cure] = search.effect(cure)
+    return MeetingSearch(meetings, treatments, with_window)
+
+
+class _Confirmed(NamedTuple):
+    """Amounts of a kind of cure, and up to where they stop all that grows.
+
+    enough: the amounts that just stop it at the present value; advised: larger ones, confirmed at
+    that value with the full matrices; answer: the thresholds with those advised, None where none
+    were searched; is_alone: whether they are confirmed at the present value alone, else at all
+    values up to `end`.
+    """
+
+    enough: Amounts
+    advised: Amounts
+    answer: Thresholds | None
+    is_alone: bool
+    end: float
+
+
+class _Search:
+    """The search of `find_meetings` for amounts of cures.
+
+    Attributes
+    ----------
+    brake : TreatedBrake
+        With the real modes behind growing modes.
+    meetings : dict
+        By the number of each growing mode its real modes, with the cures that are confirmed.
+    confirmed : dict
+        What is confirmed of each kind of cure.
+    """
+
+    def __init__(self, brake: TreatedBrake) -> None:
+        self.brake = brake
+        self.present = brake.brake.present
+        self.meetings: dict[int, Meeting] = {}
+        self.confirmed: dict[Cure, _Confirmed] = {}
+
+    def choose(self, candidates: Mapping[int, Sequence[Meeting]]) -> None:
+        """Take the first of the candidates of each mode with which most cures are confirmed.
+
+        The k-th candidates of all growing modes are tried together, of a mode with fewer its last.
+        Separation and damping count 2 points each if they are confirmed for a range of values, 1 if
+        they are at the present value alone; the first choice with most points is taken.
+
+        candidates: the meetings of each growing mode, the likeliest first.
+        """
+        best = self.meetings
+        confirmed = self.confirmed
+        most = -1
+        tried = []
+        for choice in range(max(map(len, candidates.values()))):
+            for mode, meetings in candidates.items():
+                self.meetings[mode] = meetings[min(choice, len(meetings) - 1)]
+            indices = tuple(meeting.indices for meeting in self.meetings.values())
+            if indices in tried:
+                continue
+            tried.append(indices)
+            self.brake.use_basis_of(self.meetings.values())
+            self.confirmed = {}
+            self._take(dict.fromkeys(candidates, Cure.BOTH))
+            if self._are_pairs():
+                self._take(dict.fromkeys(candidates, Cure.APART))
+            points = sum(2 - confirmed.is_alone for confirmed in self.confirmed.values())
+            if points > most:
+                most = points
+                best = dict(self.meetings)
+                confirmed = self.confirmed
+            if points == 4:
+                break
+        self.meetings = best
+        self.confirmed = confirmed
+        self.brake.use_basis_of(best.values())
+
+    def damp_one_of_each(self) -> None:
+        """Take damping of one mode of each pair into the meetings, if damping both is confirmed.
+
+        Of one growing mode each of the two sides is tried, of several the side that needs less.
+        """
+        if not self._are_pairs() or Cure.BOTH not in self.confirmed:
+            return
+        if len(self.meetings) == 1:
+            for side in SIDES:
+                self._take(dict.fromkeys(self.meetings, side))
+        else:
+            self._take(self._sides())
+
+    def cures_with_window(self) -> list[Cure]:
+        """The kinds of cure with which something grows at a value up to the present one."""
+        cures = []
+        for cure, confirmed in self.confirmed.items():
+            answer = confirmed.answer
+            if answer is not None and loss_of(answer, answer.high).limit() <= self.present:
+                cures.append(cure)
+        return cures
+
+    def effect(self, cure: Cure) -> Effect:
+        """What a kind of cure does in the amounts that are advised."""
+        confirmed = self.confirmed[cure]
+        cures = dict.fromkeys(confirmed.advised, cure)
+        return self.brake.effect(self._treatment(cures, confirmed.advised), confirmed.answer)
+
+    def _are_pairs(self) -> bool:
+        """Whether two real modes are behind each growing one."""
+        return all(meeting.is_pair for meeting in self.meetings.values())
+
+    def _take(self, cures: Cures) -> None:
+        """Take cures into the meetings if they are confirmed.
+
+        Damping of one mode of each pair is taken only if it stops growth at as many values as
+        damping of both does.
+        """
+        confirmed = self._confirm(cures)
+        if confirmed is None:
+            return
+        of_both = self.confirmed.get(Cure.BOTH, confirmed)
+        is_as_far = confirmed.end >= of_both.end and not confirmed.is_alone
+        if Cure.APART not in cures.values() and not (of_both.is_alone or is_as_far):
+            return
+        for mode, cure in cures.items():
+            self.confirmed[cure] = confirmed
+            meeting = self.meetings[mode]
+            self.meetings[mode] = replace(
+                meeting,
+                cures={**meeting.cures, cure: confirmed.enough[mode]},
+                advised={**meeting.advised, cure: confirmed.advised[mode]},
+            )
+
+    def _sides(self) -> dict[int, Cure]:
+        """Which mode of each pair is damped alone; empty where neither is enough for a growing one.
+
+        For one growing mode after another that which needs less, at the present value, is chosen.
+        Meanwhile the growing modes before it have their one mode damped, those behind it both.
+        """
+        chosen = dict.fromkeys(self.meetings, Cure.BOTH)
+        shares = {mode: meeting.cures[Cure.BOTH] for mode, meeting in self.meetings.items()}
+        for mode in self.meetings:
+            needed = {}
+            for side in SIDES:
+                sides = {**chosen, mode: side}
+                needed[side] = self._least_of([mode], sides, shares, [self.present], MOST)
+            chosen[mode] = min(SIDES, key=needed.__getitem__)
+            shares[mode] = needed[chosen[mode]]
+            if shares[mode] == math.inf:
+                return {}
+        return chosen
+
+    def _confirm(self, cures: Cures) -> _Confirmed | None:
+        """The amounts of cures that are just enough at the present value, and those confirmed.
+
+        They are confirmed up to `IN_HAND` times the present value, else up to that value, else at
+        it alone. None if no amounts are known to be enough.
+        """
+        shares = self._least(cures, [self.present])
+        # by rounding nothing may grow on the basis even without cures: no share says enough
+        if math.inf in shares.values() or not any(shares.values()):
+            return None
+        enough = self._rounded_up(cures, shares)
+        ends = [self.present]
+        if self.brake.searches_thresholds and self.present > 0.0:
+            ends.insert(0, IN_HAND * self.present)
+        at_present: _Confirmed | None = None
+        for end in ends:
+            with suppress(InputError, ComputationError, ArithmeticError):  # no brake at the end
+                confirmed = self._confirm_up_to(end, cures, enough)
+                if confirmed is not None and not confirmed.is_alone:
+                    return confirmed
+                at_present = at_present or confirmed
+        return at_present
+
+    def _confirm_up_to(self, end: float, cures: Cures, enough: Amounts) -> _Confirmed | None:
+        """The amounts of cures that are confirmed at all values up to `end`, else at the present
+        value alone.
+
+        Amounts are the least at some `values`, at first the present one and `end`, and `IN_HAND`
+        times what is just `enough`. If something still grows at another value, that joins `values`.
+        If something grows at one of them (by rounding, or because the basis misses it), the factor
+        on all amounts rises by 0.05. None if neither is confirmed in `RETRIES` tries.
+
+        end: the present value of the free parameter, or above.
+        """
+        values = list(dict.fromkeys((self.present, end)))
+        at_present: _Confirmed | None = None
+        factor = 1.0
+        for _ in range(RETRIES):
+            shares = self._least(cures, values)
+            if math.inf in shares.values():
+                break
+            for mode, amount in enough.items():
+                least = IN_HAND * amount / self.meetings[mode].unit(cures[mode])
+                shares[mode] = max(shares[mode], least)
+            advised = self._rounded_up(cures, shares, factor)
+            treatment = self._treatment(cures, advised)
+            grows_at, answer = self.brake.refuted(treatment, values)
+            confirmed = _Confirmed(enough, advised, answer, grows_at is not None, end)
+            if grows_at is None:
+                return confirmed
+            if grows_at in values:
+                factor += 0.05
+                continue
+            values.append(grows_at)
+            if at_present is None and not self.brake.grows_in_full(treatment):
+                at_present = confirmed
+        return at_present
+
+    def _rounded_up(self, cures: Cures, shares: Shares, factor: float = 1.0) -> dict[int, float]:
+        """The amounts of `factor` times some shares, rounded up to two digits."""
+        amounts = {}
+        for mode, share in shares.items():
+            amount = factor * share * self.meetings[mode].unit(cures[mode])
+            amounts[mode] = float(rounded(amount, 2, math.ceil))
+        return amounts
+
+    def _least(self, cures: Cures, values: Sequence[float]) -> dict[int, float]:
+        """The least share of each cure with which nothing grows at some values: first one share for
+        all, then less for one after another, that of the fastest mode last. Infinite if none is
+        seen."""
+        shares = dict.fromkeys(cures, self._least_of(cures, cures, {}, values, MOST))
+        if len(shares) > 1 and math.inf not in shares.values():
+            for mode in reversed(shares):
+                shares[mode] = self._least_of([mode], cures, shares, values, shares[mode])
+        return shares
+
+    def _least_of(
+        self,
+        modes: Iterable[int],
+        cures: Cures,
+        shares: Shares,
+        values: Sequence[float],
+        most: float,
+    ) -> float:
+        """The least share up to `most` for the cures of some growing modes, the same of each, with
+        which nothing grows at some values while the other modes have `shares`."""
+
+        def stops_all(share: float) -> bool:
+            return self._stops(cures, {**shares, **dict.fromkeys(modes, share)}, values)
+
+        return _least_share(stops_all, most)
+
+    def _stops(self, cures: Cures, shares: Shares, values: Sequence[float]) -> bool:
+        """Whether nothing grows with such shares of cures at some values, on the basis."""
+        amounts = {}
+        for mode, cure in cures.items():
+            amounts[mode] = shares[mode] * self.meetings[mode].unit(cure)
+        treatment = self._treatment(cures, amounts)
+        return not any(self.brake.grows(value, treatment) for value in values)
+
+    def _treatment(self, cures: Cures, amounts: Amounts) -> Treatment:
+        """The change of K or C by cures: a real mode in several gets the largest factor."""
+        factors = np.zeros(len(self.brake.modes.forces))
+        for mode, cure in cures.items():
+            meeting = self.meetings[mode]
+            indices = list(meeting.indices)
+            factors[indices] = np.maximum(factors[indices], meeting.added(cure, amounts[mode]))
+        return Treatment(Cure.APART in cures.values(), factors)
+
+
+def _least_share(holds: Callable[[float], bool], most: float) -> float:
+    """The least share up to `most` for which a condition holds, infinite if none is seen.
+
+    0 is tried first, then `LEAST` and each time the double; the first step that holds is bisected.
+    """
+    low = high = 0.0
+    while not holds(high):
+        if high >= most:
+            return math.inf
+        low = high
+        high = min(max(2.0 * high, LEAST), most)
+    if high == 0.0:
+        return high
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2.0
+        if holds(middle):
+            high = middle
+        else:
+            low = middle
+    return high
