@@ -171,13 +171,18 @@ def _newton(continuation: Continuation, guess: EventGuess) -> _Zero | None:
 
 
 def _locate_event(continuation: Continuation, guess: EventGuess, crosses: bool) -> Event | None:
-    """As `locate_event`; raises LinAlgError or ValueError where a matrix is singular.
+    """The event next to a guess, None if there is none; arguments as of `locate_event`.
 
-    Newton's method finds the zero of the event function. Its interval follows from the errors of
-    the function there or, if that is not by far narrower than the guess, from the nearest values at
-    which its sign is certain. There is no event where the method finds no zero, where the interval
-    is wider than the guess, where rounding hides whether d vanishes at all, where no root crosses
-    the line, and where the sign is the same on both sides.
+    An event is a zero of the event function f, which Newton's method finds. As f is known to its
+    noise, the zero lies within 2 noise / |f'| of where the method ends: that is the interval of the
+    event. If it is not by far narrower than the guess, f' may vary within; then the ends are the
+    nearest values on both sides at which |f| exceeds the noise.
+
+    There is no event where the method finds no zero, where the interval is wider than the guess,
+    where rounding hides whether two roots meet, where no root crosses the line, and where f has the
+    same sign on both sides.
+
+    Raises LinAlgError or ValueError where a matrix is singular.
     """
     zero = _newton(continuation, guess)
     if zero is None:
@@ -191,8 +196,9 @@ def _locate_event(continuation: Continuation, guess: EventGuess, crosses: bool) 
     half_width = 2 * function.noise / slope + abs(zero.move) + 2 * EPS * abs(p)
     if half_width > guess.width:
         return None
-    # rounding hides whether d, nearly a parabola here, vanishes twice or not at all: its
-    # discriminant is slope^2 - 4 bend d with bend = d''/2, and noise counts four times
+    # where two roots meet, f is nearly the parabola f + slope x + bend x^2 of the distance x from
+    # p. Rounding hides whether it has a zero unless its discriminant slope^2 - 4 bend f is positive
+    # for all |f| up to 4 noise
     if coalesces and slope**2 <= 16 * abs(function.bend) * function.noise:
         return None
     root = _root_at_event(continuation, guess, zero, crosses)
@@ -219,14 +225,15 @@ def _locate_event(continuation: Continuation, guess: EventGuess, crosses: bool) 
         if bracket is None:
             return None
         first, last, rise = bracket
-        # of one of two roots the function is a product of both real parts: where it rises the root
-        # that crosses may begin to grow or cease
+        # of one of two roots f has the product of both real parts as a factor: it may rise where
+        # the root that crosses begins to grow or ceases to, so the direction of the root stands
         if rise and (coalesces or roots.is_single):
             direction = rise * continuation.problem.growth_sign
     if last - first > guess.width:
         return None
-    # rounding in the equilibrium of a pad moves entries together, which their sizes do not show
-    slopes = 0.0  # of the event function, by relative changes of what A is computed from
+    # what A is computed from, such as the equilibrium of a pad, is rounded to EPS and moves all
+    # entries together, which the noise does not show: it moves f by EPS times these slopes
+    slopes = 0.0
     for perturbed in continuation.perturbed_by_rounding(p):
         local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
         slopes += abs(local.event_function(coalesces).slope)

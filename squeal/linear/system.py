@@ -240,7 +240,7 @@ class System:
         if K is None:
             raise InputError("System: K: missing; it must be a matrix or map formulas to matrices")
         arguments: dict[str, SystemMatrix] = {
-            "M": () if M is None else M,  # no terms, which `_complete_parameters` refuses
+            "M": () if M is None else M,  # without terms `_complete_parameters` refuses it
             "C": () if C is None else C,
             "K": K,
         }
@@ -264,7 +264,7 @@ class System:
             vars(self).update(parts, labels=tuple(labels) or labels_of_frames)
             self._complete_parameters()
             self._check_terms()
-            if from_terms:
+            if from_terms:  # these are taken with all their rows
                 return
             reduced, supports = without_supports(self)
         if supports.size:

@@ -182,7 +182,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         free = int(np.sum(np.abs(squares) <= errors))
         negative = int(np.sum(squares < -errors))
     vibrating = squares[squares > errors]
-    hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
+    hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()  # from squares of rad/s
     if analysis.component_reduction is not None:  # components were reduced to modes up to a cutoff
         hertz = [frequency for frequency in hertz if frequency <= file.assembly.cutoff]
     # mass and size: of the nodes of a system, or of a pad
@@ -197,8 +197,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         size = (2 * pad.w, 2 * pad.h, 0.0)
     # hints: of units, and of motions that are free but for rounding
     largest_size = max(size) if size else None
-    # by the digits of the entries these motions are not free; they may be, if the program that made
-    # the matrices has rounded
+    # slow: above `errors`, so by the digits of the entries not free; but below `noise`, so free if
+    # the program that made the matrices has rounded
     is_slow = (np.abs(squares) > errors) & (np.abs(squares) <= noise)
     clearly_vibrating = vibrating[vibrating > noise]
     lowest_hz = math.sqrt(clearly_vibrating[0]) / (2 * np.pi) if clearly_vibrating.size else None

@@ -293,7 +293,7 @@ def scatter(
         },
         Place("scatter"),
     )
-    plan = _Plan(**keys)
+    plan = _Plan(**keys)  # the options of drawing, checked
     require_spreads(plan.spreads)
     # what scatters, and the range that is searched
     if of == "growth" and high is None:  # no threshold is searched: any end is allowed

@@ -333,10 +333,11 @@ def _roots_of_matrices(
     add_errors: AddErrors | None,
     data: Data | None = None,
 ) -> SystemRoots:
-    """Compute all roots of M, C and K (n, n), have them judged, and select.
+    """Compute all roots of M, C and K (n, n), have them judged, and select some of them.
 
-    The other arguments are those of `system_roots`. Of complex matrices only roots with Im >= 0
-    describe a motion.
+    A verdict is the solver's, of roots and how far they may be off; with `data` the referee then
+    proves or refutes it. Of complex matrices only roots with Im >= 0 describe a motion: the verdict
+    is theirs. selection, add_errors, data: as `system_roots` takes them.
     """
     M, C, K = matrices
     real = not any(X is not None and np.iscomplexobj(X) for X in matrices)
@@ -346,10 +347,11 @@ def _roots_of_matrices(
         conservative = False
     else:
         roots = normalised_roots
+        # undamped or gyroscopic: a root that is near the imaginary axis to rounding lies on it
         conservative = problem_class_of([matrices]) is not DAMPED
     if add_errors is not None:
         roots = add_errors(roots)
-    # the verdict: by the solver, then by the referee
+    # the verdict and its criterion: by the solver, then by the referee
     of_motions = roots
     if not real:
         of_motions = _upper_half(roots, real)
