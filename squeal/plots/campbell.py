@@ -31,7 +31,6 @@ ABOVE = 1.05  # shown frequencies over the highest one that grows
 MARGIN = 1.6  # shown frequencies over the highest critical one
 NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is named, at most
 NAME_WIDTH = 0.08  # of the axis: names of critical speeds nearer than that are left out
-ROOM = 0.25  # of the axis: left of a mark so far to the right is room for its name
 BISECTIONS = 16  # of a step of the speed, in which growth begins
 
 
@@ -121,11 +120,7 @@ def _mark_critical_speeds(axes: Axes, answer: CriticalSpeeds) -> None:
         is_apart = all(speed - other > NAME_WIDTH * answer.high for other in named)
         if is_apart and len(named) < NAMED:
             text = f"{speed:.4g}{speed_words(speed, 'rad/s')}"
-            # on alternating sides, so that names of neighbours do not meet
-            offset = (4, -4)
-            if len(named) % 2 == 0 and speed > ROOM * answer.high:
-                offset = (-4, 4)
-            write_beside(axes, text, point, offset, fontsize=7)
+            write_beside(axes, text, point, (4, -4), fontsize=7)
             named.append(speed)
 
 

@@ -1,7 +1,9 @@
 """One style for all figures: sizes, fonts, colours, units of axes, and saving."""
 
+import itertools
 import math
 import textwrap
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from io import BytesIO
@@ -12,6 +14,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.path import Path as Curve
 from matplotlib.text import Annotation
 from matplotlib.transforms import Bbox
 
@@ -23,6 +26,8 @@ from squeal.schema import Place, Word
 
 SINGLE = 3.35  # inches: width of a figure over one column
 DOUBLE = 6.9  # ... and over two
+MOST_STEPS = 12  # half heights by which a label is moved up or down at most
+MARGIN = 1.5  # points around a label that are free
 
 # fmt: off
 RC: Any = {
@@ -185,25 +190,42 @@ def write_beside(
 
 
 def move_apart(figure: Figure) -> None:
-    """Move each label of a figure that covers an earlier one up or down until it touches that one.
-
-    It is moved up if its middle is the higher one.
-    """
+    """Move labels of a figure that `write_beside` wrote off each other, and off lines."""
     figure.draw_without_rendering()  # which decides the sizes of the axes
     for axes in figure.axes:
-        placed: list[Bbox] = []
+        taken = [line.get_path().transformed(line.get_transform()) for line in axes.lines]
         for label in axes.texts:
-            if not isinstance(label, Annotation):
-                continue
-            box = label.get_window_extent()
-            for other in placed:
-                if box.overlaps(other):
-                    is_above = box.y0 + box.y1 > other.y0 + other.y1
-                    pixels = other.y1 - box.y0 if is_above else other.y0 - box.y1
-                    right, up = label.xyann  # points
-                    label.xyann = (right, up + 72.0 * pixels / figure.dpi)
-                    box = box.translated(0.0, pixels)
-            placed.append(box)
+            if isinstance(label, Annotation):
+                box = _moved(label, axes, taken)
+                taken.append(Curve(box.corners()[[0, 1, 3, 2, 0]]))  # its outline
+
+
+def _moved(label: Annotation, axes: Axes, taken: Sequence[Curve]) -> Bbox:
+    """Move a label to a place near its point that is free, and return its box with a margin.
+
+    The places are its own, that at the other side of the point, and all these moved up or down by
+    half heights of the label. The nearest one in the axes is taken that crosses no line and no
+    earlier label; if there is none, the one with the fewest crossings and corners outside.
+
+    taken: lines, and outlines of earlier labels; these and the box in pixels.
+    """
+    right, up = label.xyann  # points
+    pixels = axes.figure.dpi / 72.0  # of a point
+    half_height = label.get_window_extent().height / pixels / 2.0
+
+    def box_at(place: tuple[int, float]) -> Bbox:
+        steps, offset = place
+        label.xyann = (offset, up + steps * half_height)
+        label.set_horizontalalignment("left" if offset > 0 else "right")
+        return label.get_window_extent().padded(MARGIN * pixels)
+
+    def faults(place: tuple[int, float]) -> int:
+        box = box_at(place)
+        crossings = sum(curve.intersects_bbox(box, filled=False) for curve in taken)
+        return crossings - axes.bbox.count_contains(box.corners())
+
+    steps = sorted(range(-MOST_STEPS, MOST_STEPS + 1), key=abs)
+    return box_at(min(itertools.product(steps, (right, -right)), key=faults))
 
 
 def write_upright(axes: Axes, value: float, text: str) -> None:
