@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg
 
 import squeal
-from tests.queries.test_remedies import roots_of
+from tests.queries.remedies.pairs import roots_of
 
 pytestmark = pytest.mark.usefixtures("coarse_charts")
 NOTHING = 1e-7  # of |lambda|
