@@ -31,6 +31,7 @@ from squeal.linear.steps import (
     ROOT_TOLERANCE,
     EventGuess,
     Step,
+    is_crowded,
     meeting_at,
     near_coalescences,
 )
@@ -207,12 +208,12 @@ class _AdaptiveRefinement:
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
         # more than one pair meets: each gives up to two meetings, seen from both ends
-        is_crowded = len(meetings) > 2
+        crowded = len(meetings) > 2 or is_crowded(step)
         budget = float(self.budget)
-        if is_crowded and division is None:
+        if crowded and division is None:
             budget /= 2  # half of it is left for steps whose roots are not matched
         is_spent = len(continuation.spectra) >= budget
-        if is_bent or is_crowded:
+        if is_bent or crowded:
             division = DIVISION_SHARE
         if division is not None and depth > 0 and not is_spent:
             middle = low + division * (high - low)

@@ -86,6 +86,38 @@ def near_coalescences(
     yield from _meetings_seen_from(after, span, side=-1)
 
 
+def is_crowded(step: Step) -> bool:
+    """True if a root without damping interacts with two others within a step, as an end sees it.
+
+    A pair that meets may then change its partner, so that neither what two roots do nor the counts
+    at both ends tell how often growth begins and ends.
+    """
+    length = step.after.value - step.before.value
+    return _is_crowded(step.before, length) or _is_crowded(step.after, -length)
+
+
+def _is_crowded(spectrum: SpectrumAtParameter, length: float) -> bool:
+    """As `is_crowded`, from one end of a step; length: to its other end, with its sign.
+
+    At a distance x two roots are u + x v apart without coupling, and by the coupling
+    x sqrt(W_kl W_lk) their squared half difference changes by its square, see the head of the
+    module. They interact if |u + x v| <= 2 x sqrt|W_kl W_lk| somewhere in the step, which is
+    |u y + v| <= 2 sqrt|W_kl W_lk| for some y = 1 / x >= 1 / length.
+    """
+    if spectrum.problem is DAMPED:
+        return False
+    u = spectrum.z[:, None] - spectrum.z
+    v = spectrum.slopes[:, None] - spectrum.slopes
+    if length < 0.0:
+        v = -v
+    coupling = np.sqrt(np.abs(spectrum.coupling * spectrum.coupling.T))
+    with np.errstate(all="ignore"):  # u = 0: of a root and itself, or of two that are equal
+        y = np.nan_to_num(-(v * u.conj()).real / np.abs(u) ** 2)  # where |u y + v| is least
+    y = np.maximum(y, 1 / abs(length))
+    interact = (np.abs(u * y + v) <= 2 * coupling) & ~spectrum.close
+    return bool(np.any(interact.sum(axis=1) > 1))
+
+
 class _Approaches(NamedTuple):
     """Pairs of roots that come close within a step, as one end of the step predicts it.
 

@@ -285,6 +285,38 @@ def test_a_window_in_a_band_of_a_large_system_is_found(damping):
     assert result.certified
 
 
+@pytest.mark.parametrize(
+    ("K0", "slopes"),
+    [
+        (
+            [[16441, 1, 12], [10, 17038, 7], [-8, 9, 16680]],
+            [6244, -4316, 2534],
+        ),
+        (
+            [[16464, 3, -4], [-5, 16749, 0], [-2, -4, 16131]],
+            [803, 116, 1632],
+        ),
+        (
+            [[16491, 0, -5], [5, 17094, -2], [3, 5, 16400]],
+            [782, -906, 1038],
+        ),
+    ],
+)
+def test_two_windows_of_three_modes_in_a_band_of_a_large_system_are_found(K0, slopes):
+    """Within one step a pair flutters, parts, and one of the two flutters with the third."""
+    K0 = np.array(K0) * 1e3
+    K1 = np.diag(slopes) * 1e3
+    rest = 398
+    own = np.append(np.linspace(4040.0, 4790.0, 6), np.linspace(2.0**14, 2.0**16, rest - 6))
+    large_K0 = csc_array(block_diag([K0, diags_array(own**2)]))
+    large_K1 = csc_array(block_diag([K1, csc_array((rest, rest))]))
+    system = affine(csc_array(eye_array(rest + 3)), large_K0, large_K1)
+    found = squeal.thresholds(system, 1.0, band=(300.0, 1000.0))
+    assert [c.direction for c in found.crossings] == ["up", "down", "up", "down"]
+    assert [c.mu for c in found.crossings] == pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
+    assert found.certified
+
+
 def twins(kind, apart):
     """Two equal modes, or pairs of modes, and their thresholds, that far apart, as fractions."""
     k = (1.0, 1.0 + apart)
