@@ -124,6 +124,7 @@ def test_a_first_look_answers_for_its_own_system_and_roots_alone():
     squares = np.linalg.eigvals([[stiffness[0], 0.1], [-0.1, stiffness[1]]])
     omega = np.sqrt(squares.min() - 0.0005**2)
     assert estimated.eigenvalues[0].value.imag == pytest.approx(omega, rel=1e-8)
+    assert estimated.proof["reason"].startswith("nothing was counted beside a sweep")
     proved = squeal.eigenvalues(first, at=0.1, band=band, look=look, prove=True)
     assert proved.count == len(proved.eigenvalues)  # which no first look counts
     copied = squeal.eigenvalues(pickle.loads(pickle.dumps(first)), at=0.1, band=band, look=look)

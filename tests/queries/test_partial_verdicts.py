@@ -16,6 +16,7 @@ from squeal.linear.system import Term
 from squeal.queries.systems import roots
 from squeal.queries.systems.roots import system_roots
 from squeal.results.sources import EigenvalueSelection
+from squeal.sparse import eigensolver
 from tests.conftest import ROOT
 from tests.known import system_of
 
@@ -340,3 +341,12 @@ def test_defective_roots_on_the_axis_are_no_growth_in_a_large_system():
     assert len([root for root in found.eigenvalues if abs(root.value - 4096j) < 1.0]) == sum(sizes)
     assert found.certified
     assert found.verdict is None
+
+
+def test_a_count_that_fails_is_named_as_such(monkeypatch):
+    monkeypatch.setattr(eigensolver, "count_roots", lambda *args: None)
+    omega = 2 * np.pi * 10.0 * np.arange(1.0, 421.0)
+    system = squeal.System(sparse.eye_array(420), K=sparse.diags_array(omega**2))
+    found = squeal.eigenvalues(system, band=(95.0, 125.0))
+    assert (len(found.eigenvalues), found.count, found.certified) == (3, None, False)
+    assert found.proof["reason"] == "no count agrees, others may be missing"

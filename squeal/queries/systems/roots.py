@@ -97,7 +97,7 @@ class SystemRoots:
     notes : tuple of str
         Lines for people.
     judged_by : Statement or None
-        What the referee says of all roots; None if it did not judge them.
+        What the referee says of all roots, or `NOT_COUNTED`; None if the count decides.
     doubts : tuple of str
         Why a root of the region may be missing, or one may not belong to it.
     """
@@ -143,8 +143,6 @@ class SystemRoots:
             return Statement("open", by, reason="; ".join(self.doubts))
         if self.judged_by is not None:
             return self.judged_by
-        if self.count is None:
-            return NOT_COUNTED
         if self.count == len(self.computed) and all(root.decides for root in self.computed):
             return Statement("counted", "count")
         return Statement("open", "count", reason="no count agrees, others may be missing")
@@ -300,6 +298,7 @@ def _at_own_frequencies(system: TermSystem, selection: EigenvalueSelection) -> S
         criterion=criterion,
         growth_limit=growth_limit(selection, reduction.region),
         notes=(note,),
+        judged_by=NOT_COUNTED,
     ).lowest(selection.modes)
 
 
@@ -324,6 +323,7 @@ def roots_of_first_look(
         criterion=criterion,
         growth_limit=growth_limit(selection, first_look.region),
         outside=growing_outside(estimate.rough_values.tolist(), first_look.region),
+        judged_by=NOT_COUNTED,
     ).lowest(selection.modes)
 
 
