@@ -207,12 +207,15 @@ def rough_roots_near(
     return RoughRoots(values, vectors, unconverged, reach, used_shift, factor)
 
 
-def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
+def orthogonalise(
+    basis: NDArray, columns: NDArray, dropped: float = 0.0
+) -> tuple[NDArray, NDArray]:
     """The directions that columns (n, m) add to an orthonormal basis (n, d), and coordinates.
 
     Returns orthonormal columns (n, k), k <= m, orthogonal to the basis too, and the coordinates
-    (d + k, m) of the given columns in [basis, new]: k leaves out directions that are rounding. By
-    Gram-Schmidt and a QR factorisation with pivoting.
+    (d + k, m) of the given columns in [basis, new]: k leaves out directions that are rounding, and
+    those that add less than `dropped`. By Gram-Schmidt and a QR factorisation with pivoting:
+    singular values of nearly parallel columns, as of a defective root, may not converge.
     """
     from scipy.linalg import qr
 
@@ -225,7 +228,8 @@ def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
         inside = inside + part
     new, triangle, order = qr(remainder, mode="economic", pivoting=True, check_finite=False)
     lengths = np.abs(np.diag(triangle))
-    rank = np.count_nonzero(lengths > 4 * np.finfo(columns.dtype).eps * size)
+    least = max(4 * np.finfo(columns.dtype).eps * size, dropped)
+    rank = np.count_nonzero(lengths > least)
     new = new[:, :rank]
     if np.any(lengths[:rank] < 1e-3 * size):  # a small remainder is orthogonal to fewer digits
         new = new - basis @ (new.conj().T @ basis).conj().T
@@ -352,17 +356,12 @@ def grown(projected: Array, A: Matrix, old: Array, new: Array) -> Array:
 def enlarged(basis: Array, columns: NDArray, dropped: float) -> Array:
     """An orthonormal real basis (n, d), enlarged by the real and imaginary parts of columns.
 
-    Directions in which unit columns add less than `dropped` (singular values) are left out.
+    Directions in which unit columns add less than `dropped` are left out.
     """
     units = columns / divisor(np.linalg.norm(columns, axis=0))
     parts = [units.real, units.imag] if np.iscomplexobj(columns) else [units]
-    remainder = np.hstack(parts).astype(float)
-    for _ in range(2):  # the second pass restores orthogonality to rounding
-        remainder -= basis @ (basis.T @ remainder)
-    axes, sizes, _ = np.linalg.svd(remainder, full_matrices=False)
-    new = axes[:, sizes > dropped]
-    new -= basis @ (basis.T @ new)  # once more, since it may have been a small part
-    return np.hstack([basis, np.linalg.qr(new)[0]])
+    new, _ = orthogonalise(basis, np.hstack(parts).astype(float), dropped)
+    return np.hstack([basis, new])
 
 
 class _PartRoots(NamedTuple):

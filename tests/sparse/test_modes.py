@@ -12,7 +12,7 @@ from squeal.linear.system import Term
 from squeal.sparse import argument_principle, eigensolver
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
 from squeal.sparse.dense import roots_at
-from squeal.sparse.eigensolver import ACCEPTED_RESIDUAL, lowest_modes, modes_in
+from squeal.sparse.eigensolver import ACCEPTED_RESIDUAL, enlarged, lowest_modes, modes_in
 from squeal.sparse.quadratic import (
     LEAST_BACKWARD_ERROR,
     ScaledSystem,
@@ -290,3 +290,23 @@ def test_roots_of_nearly_equal_blades_are_known_as_well_as_one_alone(mistuning):
         size = float(problem.size(np.array([root.value]))[0])
         bound = max(root.residual, LEAST_BACKWARD_ERROR) * size / (2 * abs(root.value))
         assert root.rounding <= 4 * bound / problem.norms[0]
+
+
+@pytest.mark.parametrize("spread", [1.0, 1e-3, 1e-5, 1e-7, 1e-12])
+def test_a_basis_holds_nearly_parallel_vectors_without_their_singular_values(spread, monkeypatch):
+    """As of a defective root, of which LAPACK may not find the singular values."""
+
+    def fails(*_, **__):
+        raise np.linalg.LinAlgError("SVD did not converge")
+
+    rng = np.random.default_rng(1)
+    basis = np.linalg.qr(rng.standard_normal((200, 10)))[0]
+    columns = rng.standard_normal((200, 1)) + spread * rng.standard_normal((200, 12))
+    columns = columns + 1j * basis[:, :1]
+    monkeypatch.setattr(np.linalg, "svd", fails)
+    larger = enlarged(basis, columns, dropped=1e-6)
+    monkeypatch.undo()
+    units = columns / np.linalg.norm(columns, axis=0)
+    assert np.abs(larger.T @ larger - np.eye(larger.shape[1])).max() < 1e-14
+    assert larger.shape[1] == 10 + (12 if spread > 1e-6 else 1)
+    assert np.linalg.norm(units - larger @ (larger.T @ units), axis=0).max() < 1e-6
