@@ -42,17 +42,23 @@ class Factor:
     @cached_property
     def change(self) -> MCK:
         """What it multiplies in M, C and K: the sums of the matrices of its terms."""
-        sums = [np.zeros((self.system.n, self.system.n)) for _ in self.system.parts]
-        for i, terms in enumerate(self.system.parts):
+        sums = []
+        for terms in self.system.parts:
+            total = np.zeros((self.system.n, self.system.n))
             for term in terms:
                 if term.factor.text == self.formula.text:
-                    sums[i] = sums[i] + dense(term.matrix)
-        return sums[0], sums[1], sums[2]
+                    total = total + dense(term.matrix)
+            sums.append(total)
+        M, C, K = sums
+        return M, C, K
+
+    def _parameters(self, value: float) -> dict[str, float]:
+        """All parameters at a value of the free one."""
+        return self.system.values() | {self.system.parameter: value}
 
     def points(self, values: Sequence[float]) -> Array:
         """The factor at m values of the parameter, real and imaginary part as columns (m, 2)."""
-        name = self.system.parameter
-        numbers = [self.formula.value(self.system.values() | {name: value}) for value in values]
+        numbers = [self.formula.value(self._parameters(value)) for value in values]
         return np.array([[number.real, number.imag] for number in numbers])
 
     def chord_error(self, low: float, high: float) -> float:
@@ -61,8 +67,8 @@ class Factor:
         It is the error of linear interpolation, max |f''| (high - low)^2 / 8; inf if no bound is
         known.
         """
-        values = self.system.values()
-        curvature = self.formula.curvature(values, self.system.parameter, low, high)
+        name = self.system.parameter
+        curvature = self.formula.curvature(self._parameters(low), name, low, high)
         return float(curvature * (high - low) ** 2 / 8)
 
     def deviation(self, low: float, high: float) -> float:
@@ -70,9 +76,8 @@ class Factor:
         roots move as by a straight factor."""
         error = self.chord_error(low, high)
         name = self.system.parameter
-        values = self.system.values()
-        slopes = [self.formula.slope(values | {name: p}, name) for p in (low, high)]
-        if 32 * error <= (high - low) * min(map(abs, slopes)):
+        slopes = [abs(self.formula.slope(self._parameters(p), name)) for p in (low, high)]
+        if 32 * error <= (high - low) * min(slopes):
             return 0.0
         return error
 
@@ -118,9 +123,8 @@ def unseen_factor(system: System, values: Sequence[float]) -> str | None:
     for factor in factors_of(system):
         shown = factor.points(values)
         margin = max(UNSEEN * np.ptp(shown, axis=0).max(), NEGLIGIBLE * np.abs(shown).max())
-        for at_ends, ends in zip(
-            itertools.pairwise(shown), itertools.pairwise(values), strict=True
-        ):
+        for ends in itertools.pairwise(values):
+            at_ends = factor.points(ends)
             box = (np.min(at_ends, axis=0) - margin, np.max(at_ends, axis=0) + margin)
             if not factor.stays_within(box, ends):
                 return factor.formula.text

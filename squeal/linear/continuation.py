@@ -689,8 +689,9 @@ def _beside_free_motions(M: Array, acting: Sequence[Array]) -> tuple[Array, Arra
     for X in acting:
         scaled = scale * X * scale.T
         unit_sized.append(scaled / divisor(np.abs(scaled).max()))
-    noise = 8 * EPS * len(M) * float(np.linalg.norm(np.hstack(unit_sized), 2))
-    motions = scale * null_spaces(np.vstack(unit_sized), noise)[0]
+    stacked = np.vstack(unit_sized)
+    noise = 8 * EPS * len(M) * float(np.linalg.norm(stacked, 2))
+    motions = scale * null_spaces(stacked, noise)[0]
     k = motions.shape[1]
     if 0 < k < len(M):
         for y in (motions, scale**2 * (M @ motions)):
