@@ -126,7 +126,7 @@ def _shares(
     for _ in range(HALVINGS):
         width /= 2
         not_yet_changed = codes_at(start + (low + width) * edge) == code_before
-        low = low + width * not_yet_changed
+        low += width * not_yet_changed
     share = low + width / 2
     along_x[ix, jx] = share[:count_x]
     along_y[iy, jy] = share[count_x:]

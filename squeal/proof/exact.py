@@ -11,6 +11,7 @@ precision. No tolerance decides anything. Needs python-flint.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from squeal.proof.pieces import INFINITE, Failure, Piece, Side
 
 try:
     import flint
+
+    SQUARE = flint.fmpz_poly([0, 0, 1])  # x^2, to be put into a polynomial
 except ImportError:  # an extra
     flint = None
 
@@ -72,8 +75,7 @@ def pieces_of(polynomial: Polynomial, scale: Ball) -> list[Piece]:
     even = flint.fmpz_poly(coefficients[::2])
     odd = flint.fmpz_poly(coefficients[1::2])
     of_opposite_roots = even.gcd(odd)
-    square = flint.fmpz_poly([0, 0, 1])
-    others = polynomial.right_shift(zeros) // of_opposite_roots(square)
+    others = polynomial.right_shift(zeros) // of_opposite_roots(SQUARE)
     pieces = _of_squares(of_opposite_roots, scale**2) + _off_axis(others, scale)
     zero = flint.arb(0)
     return pieces + [_piece(zero, zero, "axis", real=True)] * zeros
@@ -124,16 +126,15 @@ def _bits(*matrices: Integers) -> int:
 
 def _determinant(M: Integers, C: Integers, K: Integers) -> Polynomial:
     """det(r^2 M + r C + K)."""
-    mass = flint.fmpz_mat(M)
-    damping = flint.fmpz_mat(C)
-    stiffness = flint.fmpz_mat(K)
-    nodes = range(2 * len(M) + 1)
-    return _interpolated([(r * r * mass + r * damping + stiffness).det() for r in nodes])
+    mass, damping, stiffness = map(flint.fmpz_mat, (M, C, K))
+    if not damping.rank():  # a polynomial in r^2, of half the degree
+        return _interpolated(lambda x: (x * mass + stiffness).det(), len(M))(SQUARE)
+    return _interpolated(lambda r: (r * r * mass + r * damping + stiffness).det(), 2 * len(M))
 
 
-def _interpolated(values: list[Integer]) -> Polynomial:
-    """The polynomial with integer coefficients that has values at 0, 1, 2, ... (Newton)."""
-    differences = list(values)
+def _interpolated(value: Callable[[int], Integer], degree: int) -> Polynomial:
+    """The polynomial with integer coefficients from its values at 0, ..., degree (Newton)."""
+    differences = list(map(value, range(degree + 1)))
     for order in range(1, len(differences)):
         # divided differences at integers are integers
         for k in range(len(differences) - 1, order - 1, -1):
@@ -149,23 +150,18 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
 
     root: of a polynomial that has none at zero; scale: a ball of real numbers, rad^2/s^2.
     """
-    if polynomial.degree() < 1:
-        return []
     pieces = []
     for root, multiplicity in polynomial.complex_roots():
         square = flint.acb(root) * scale  # lambda^2
-        is_real_square = square.imag == 0  # exactly: FLINT gives a real root no imaginary part
-        if is_real_square and square.real < 0:
+        is_real = square.imag == 0  # exactly: FLINT gives a real root no imaginary part
+        if is_real and square.real < 0:
             size = (-square.real).sqrt()
             pair = [_piece(size * 0, size, "axis", False), _piece(size * 0, -size, "axis", False)]
-        elif is_real_square:
-            size = square.real.sqrt()
-            pair = [_piece(size, size * 0, "grows", True), _piece(-size, size * 0, "decays", True)]
         else:
-            # the principal root, whose real part is positive
+            # the principal root, whose real part is positive, exactly real if its square is
             value = square.sqrt()
             x, y = value.real, value.imag
-            pair = [_piece(x, y, "grows", False), _piece(-x, -y, "decays", False)]
+            pair = [_piece(x, y, "grows", is_real), _piece(-x, -y, "decays", is_real)]
         for piece in pair:
             pieces += [piece] * multiplicity
     return pieces
@@ -176,8 +172,6 @@ def _off_axis(polynomial: Polynomial, scale: Ball) -> list[Piece]:
 
     The precision is doubled until no ball touches the imaginary axis.
     """
-    if polynomial.degree() < 1:
-        return []
     precision = PRECISION
     while True:
         with flint.ctx.workprec(precision):

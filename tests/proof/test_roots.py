@@ -11,7 +11,7 @@ from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.proof.balls import Quadratic
 from squeal.proof.enclosure import components, enclose
 from squeal.proof.exact import exact_roots
-from squeal.proof.pieces import growing_counts
+from squeal.proof.pieces import Failure, growing_counts
 from squeal.proof.referee import (
     FREE,
     Proof,
@@ -197,6 +197,32 @@ def chain_held_by(share, n, rng):
         K[i : i + 2, i : i + 2] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
     K[0, 0] -= share * np.sum(np.where(K == 0.0, 0.0, np.spacing(np.abs(K)) / 2.0))
     return K
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_exact_roots_are_those_of_single_equations(damped):
+    """Of q'' + 4 q, q'' - 9 q, q'' and a pair with friction (5 + 2i, 5 - 2i), mixed in integers;
+    if damped beside r^2 + 2 r + 10, without which no root depends on damping."""
+    K = np.zeros((5, 5))
+    K[:3, :3] = np.diag([4.0, -9.0, 0.0])
+    K[3:, 3:] = [[5.0, -2.0], [2.0, 5.0]]
+    C = np.zeros((5, 5))
+    known = [2j, -2j, 3.0, -3.0, 0.0, 0.0]
+    known += [sign * root for sign in (1, -1) for root in np.sqrt([-5 + 2j, -5 - 2j])]
+    if damped:
+        K, C = (np.pad(X, (0, 1)) for X in (K, C))
+        K[5, 5] = 10.0
+        C[5, 5] = 2.0
+        known += [-1 + 3j, -1 - 3j]
+    left = np.array(unimodular(len(K), np.random.default_rng(1), steps=12), dtype=float)
+    pieces = exact_roots(Quadratic.of(left, left @ C, left @ K))
+    assert not isinstance(pieces, Failure)
+    assert len(pieces) == len(known)
+    for root in known:
+        held = [one for one in pieces if np.abs(one.centres - root).min() <= one.radii.max()]
+        side = "axis" if root.real == 0.0 else ("grows" if root.real > 0.0 else "decays")
+        assert {one.side for one in held} == {side}
+        assert {one.real for one in held} == {root.imag == 0.0}
 
 
 @pytest.mark.parametrize("n", [3, 30])
