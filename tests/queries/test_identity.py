@@ -110,7 +110,7 @@ def test_a_large_system_learns_onsets_from_a_sweep_or_from_thresholds(monkeypatc
 
 def test_what_leaves_the_band_ends_and_what_enters_begins():
     system = two(0.0, 60)
-    found = squeal.sweep(system, np.linspace(0.0, 2.0, 11).tolist(), band=(0.0, 0.2251))
+    found = squeal.sweep(system, np.linspace(0.0, 2.0, 5).tolist(), band=(0.0, 0.2251))
     kinds = {(loss.kind, loss.modes) for loss in found.losses}  # the band ends above p = 1
     assert kinds == {("end", (1,)), ("begin", (2,))}
 
