@@ -87,7 +87,7 @@ def near_coalescences(
 
 
 def is_crowded(step: Step) -> bool:
-    """True if a root without damping interacts with two others within a step, as an end sees it.
+    """True if a root interacts with two others within a step, as one of its ends sees it.
 
     A pair that meets may then change its partner, so that neither what two roots do nor the counts
     at both ends tell how often growth begins and ends.
@@ -104,8 +104,6 @@ def _is_crowded(spectrum: SpectrumAtParameter, length: float) -> bool:
     module. They interact if |u + x v| <= 2 x sqrt|W_kl W_lk| somewhere in the step, which is
     |u y + v| <= 2 sqrt|W_kl W_lk| for some y = 1 / x >= 1 / length.
     """
-    if spectrum.problem is DAMPED:
-        return False
     u = spectrum.z[:, None] - spectrum.z
     v = spectrum.slopes[:, None] - spectrum.slopes
     if length < 0.0:
