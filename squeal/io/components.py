@@ -258,18 +258,14 @@ def _component(
     coordinates = file.coordinates
     if coordinates is None:
         raise at.refuse("its system file has no coordinates; they are needed")
+    if file.assembly is not None and any(joined.rows for joined in file.assembly.components):
+        raise (at / "file").refuse("joins reduced components; an assembly of full ones is allowed")
     body = Component(
         replace(file.system, name=name),
         nodes=np.array(coordinates.names)[coordinates.nodes],
         directions=coordinates.directions,
         places=coordinates.places[coordinates.nodes],
     )
-    if "rotation" in keys:
-        rotation = keys["rotation"]
-        with (at / "rotation").named():
-            body = body.rotating(
-                rotation["axis"], rotation["speed"], values, rotation.get("preloaded", False)
-            )
     if "reduced" in keys:
         reduced = keys["reduced"]
         with (at / "reduced" / "residual_flexibility").named():
@@ -287,6 +283,12 @@ def _component(
             cutoff=reduced["cutoff"],
             residual_flexibility=flexibility.toarray(),
         )
+    if "rotation" in keys:
+        rotation = keys["rotation"]
+        with (at / "rotation").named():
+            body = body.rotating(
+                rotation["axis"], rotation["speed"], values, rotation.get("preloaded", False)
+            )
     if "load" in keys:
         load = keys["load"]
         factor = _formula_value(load, "factor", at / "load", values)

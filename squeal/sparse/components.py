@@ -192,7 +192,7 @@ class Component:
         Raises
         ------
         InputError
-            If the axis is not three numbers, or has no length.
+            If the axis is not three numbers, or has no length; of a reduced component.
 
         Examples
         --------
@@ -206,6 +206,11 @@ class Component:
         """
         from scipy.sparse import csc_array
 
+        if self.rows is not None:  # the rows of modes belong to no node, but move all
+            raise InputError(
+                f"{self.name} is reduced, so that no rotation is allowed; rotate the full "
+                "component, then reduce it"
+            )
         cross = self._cross_product(axis)
         squared = csc_array(cross @ cross)
         formula = Formula(str(speed))

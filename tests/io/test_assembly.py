@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from scipy.linalg import eigvalsh
 from scipy.sparse import load_npz, save_npz, triu
 
 import squeal
@@ -474,31 +475,37 @@ def test_components_in_other_units_are_named(brake, tmp_path, mass, length, word
         squeal.read_system(folder / "assembly.yaml")
 
 
-def test_a_component_that_was_reduced_before_moves_beside_one_reduced_now(tmp_path):
+def chain_assembly(folder, name, disc, cutoff="cutoff: 0.15", node=6):
+    """The path of an assembly of two chains of six masses, the keys of its disc given as text."""
     K = 2 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1)
-    np.savez(tmp_path / "m.npz", np.eye(6))
-    np.savez(tmp_path / "k.npz", K)
+    np.savez(folder / "m.npz", np.eye(6))
+    np.savez(folder / "k.npz", K)
     nodes = "".join(f"{i},z,{i},0,0\n" for i in range(1, 7))
-    (tmp_path / "n.csv").write_text("node,dof,x,y,z\n" + nodes)
-    (tmp_path / "c.yaml").write_text(
+    (folder / "n.csv").write_text("node,dof,x,y,z\n" + nodes)
+    (folder / "c.yaml").write_text(
         "M: {file: m.npz}\nK: {file: k.npz}\ncoordinates: {file: n.csv}\n"
     )
-    (tmp_path / "pairs.csv").write_text("first,second\n6,1\n")
-    (tmp_path / "load.csv").write_text("node,dof,force\n1,z,-5\n")
+    (folder / f"{name}.csv").write_text(f"first,second\n{node},1\n")
+    (folder / "load.csv").write_text("node,dof,force\n1,z,-5\n")
+    (folder / f"{name}.yaml").write_text(
+        f"{cutoff}\ncomponents:\n  disc: {disc}\n"
+        "  pad: {file: c.yaml, load: {file: load.csv}}\n"
+        f"contact:\n  - {{between: [disc, pad], pairs: {{file: {name}.csv}}, normal: [0, 0, 1], "
+        "stiffness: 2.0, friction: 0}\n"
+    )
+    return folder / f"{name}.yaml"
 
-    def assembly(file, disc):
-        (tmp_path / file).write_text(
-            f"cutoff: 0.15\ncomponents:\n  disc: {disc}\n"
-            "  pad: {file: c.yaml, load: {file: load.csv}}\n"
-            "contact:\n  - {between: [disc, pad], pairs: {file: pairs.csv}, normal: [0, 0, 1], "
-            "stiffness: 2.0, friction: 0}\n"
-        )
-        return tmp_path / file
 
-    both = assembly("both.yaml", "{file: c.yaml}")
+REDUCED_DISC = (
+    "file: small/disc/system.yaml, reduced: "
+    "{rows: 6, cutoff: 0.15, residual_flexibility: small/disc/flexibility.mtx}"
+)
+
+
+def test_a_component_that_was_reduced_before_moves_beside_one_reduced_now(tmp_path):
+    both = chain_assembly(tmp_path, "both", "{file: c.yaml}")
     assert main(["export", str(both), "--output", str(tmp_path / "small")]) == 0
-    reduced = "{rows: 6, cutoff: 0.15, residual_flexibility: small/disc/flexibility.mtx}"
-    one = assembly("one.yaml", f"{{file: small/disc/system.yaml, reduced: {reduced}}}")
+    one = chain_assembly(tmp_path, "one", f"{{{REDUCED_DISC}}}")
     moved = {}
     for name, path in {"both": both, "one": one}.items():
         file = squeal.read_system(path)
@@ -507,6 +514,34 @@ def test_a_component_that_was_reduced_before_moves_beside_one_reduced_now(tmp_pa
     # the pad, and of the disc what its file still has: its node in contact
     assert moved["one"][-6:] == pytest.approx(moved["both"][-6:])
     assert moved["one"].max() == pytest.approx(moved["both"].max())
+
+
+def test_a_reduced_component_cannot_be_rotated(tmp_path, capsys):
+    """Its modes belong to no node, so that they would get no Coriolis forces."""
+    both = chain_assembly(tmp_path, "both", "{file: c.yaml}")
+    assert main(["export", str(both), "--output", str(tmp_path / "small")]) == 0
+    capsys.readouterr()
+    turning = "rotation: {axis: [1, 0, 0], speed: 0.1}"
+    one = chain_assembly(tmp_path, "one", f"{{{REDUCED_DISC}, {turning}}}")
+    assert main(["eigenvalues", str(one)]) == 2
+    refusal = capsys.readouterr().err
+    assert "one.yaml: components.disc.rotation: " in refusal
+    assert "rotate the full component, then reduce it" in refusal
+
+
+@pytest.mark.parametrize("cutoff", ["cutoff: 5", "cutoff: 0.15"])
+def test_an_assembly_is_a_component_as_long_as_its_own_are_full(tmp_path, cutoff):
+    """With all modes kept the rows have the number of the full ones, but move other things."""
+    chain_assembly(tmp_path, "inner", "{file: c.yaml}", "")
+    outer = chain_assembly(tmp_path, "outer", "{file: inner.yaml}", "", node="pad 6")
+    M, _, K = squeal.read_system(outer).system.arrays()
+    chain = 2 * np.eye(18) - np.eye(18, k=1) - np.eye(18, k=-1)
+    for end in (5, 11):  # two chains end; springs of stiffness 2 join them
+        chain[end : end + 2, end : end + 2] += [[2.0, -1.0], [-1.0, 2.0]]
+    assert eigvalsh(K, M) == pytest.approx(eigvalsh(chain))
+    chain_assembly(tmp_path, "inner", "{file: c.yaml}", cutoff)
+    with pytest.raises(InputError, match=r"disc.*file: joins reduced components"):
+        squeal.read_system(outer)
 
 
 def test_a_table_of_pairs_is_exported_as_it_stands_in_any_letters(tmp_path):

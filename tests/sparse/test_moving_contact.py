@@ -141,6 +141,19 @@ contact:
 """
 
 
+def test_rows_that_are_modes_do_not_turn():
+    """A chain in the plane: rotated, then reduced, its roots are those of the full one."""
+    chain = np.kron([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]], np.eye(2))
+    nodes = np.repeat([1, 2, 3], 2)
+    full = squeal.Component(squeal.System(np.eye(6), K=chain), nodes, [0, 1] * 3)
+    turned = full.rotating(Z, 0.1, {})
+    small = turned.reduced([3], cutoff=1.0)  # with all modes
+    expected = np.sort(squeal.eigenvalues(turned.system).values.imag)
+    assert np.sort(squeal.eigenvalues(small.system).values.imag) == pytest.approx(expected)
+    with pytest.raises(InputError, match="rotate the full component, then reduce it"):
+        full.reduced([3], cutoff=1.0).rotating(Z, 0.1, {})
+
+
 def test_the_file_form_says_the_same(tmp_path):
     for name in ("disc", "pad"):
         (tmp_path / f"{name}.yaml").write_text(SYSTEM.replace("NAME", name))
