@@ -218,21 +218,23 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
 
 
 def _check_keyword(keyword: Sequence[str], file: Place, at: Place) -> None:
-    """Warn of a keyword, once for the deck `file`, or refuse it in its line `at`.
+    """Warn of a keyword, or refuse it in its line `at`.
 
-    Raises InputError.
+    A warning names the deck `file` and no line, so that equal ones are shown once. Raises
+    InputError.
     """
     name = keyword[0].replace(" ", "")
-    advice = REFUSED_KEYWORDS.get(name)
-    if any(option.startswith("SYSTEM") for option in keyword):
-        advice = REFUSED_KEYWORDS["*SYSTEM"]
-    if advice:
-        raise at.refuse(f"{keyword[0]} is not allowed; {advice}")
-    if name in ("*NODE", "*ELEMENT", "*NSET", "*ELSET"):
-        if any(option.startswith("INPUT") for option in keyword):
-            raise at.refuse(f"INPUT of {name} is not read; name the file below *INCLUDE")
-    elif name in WARNINGS_OF_KEYWORDS:
+    if name in REFUSED_KEYWORDS:
+        raise at.refuse(f"{keyword[0]} is not allowed; {REFUSED_KEYWORDS[name]}")
+    if name in WARNINGS_OF_KEYWORDS:
         file.warn(f"{keyword[0]}: {WARNINGS_OF_KEYWORDS[name]}")
+    if name not in ("*NODE", "*ELEMENT", "*NSET", "*ELSET"):
+        return
+    for option in keyword:
+        if option.startswith("INPUT"):
+            raise at.refuse(f"INPUT of {name} is not read; name the file below *INCLUDE")
+        if name == "*NODE" and re.match(r"SYSTEM\s*=\s*[^R\s]", option):
+            raise at.refuse(f"{option} of *NODE is not allowed; R, along x, y and z, is")
 
 
 def _deck_table(path: Path, names: Sequence[str]) -> Iterator[Line]:

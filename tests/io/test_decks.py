@@ -79,12 +79,31 @@ def test_a_deck_without_such_a_keyword_is_read_without_a_word(tmp_path):
         ("*NMAP,NSET=N,TYPE=CYLINDRICAL", "write out each node and element"),
         ("*ELEMENT,TYPE=C3D8,INPUT=more.inp", r"INPUT of \*ELEMENT is not read"),
         ("*NODE, NSET=N, INPUT=more.inp", r"INPUT of \*NODE is not read"),
+        ("*NODE, System = c, NSET=N", r"SYSTEM = C of \*NODE is not allowed; R, along x, y and z"),
+        ("*NODE,SYSTEM=S", r"SYSTEM=S of \*NODE is not allowed"),
+        ("*SYSTEM", r"\*SYSTEM is not allowed; write the file without parts and local axes"),
     ],
 )
 def test_a_keyword_that_says_what_is_not_read_is_refused(tmp_path, card, words):
     (tmp_path / "deck.inp").write_text(f"*NODE\n1,0.,0.,0.\n{card}\n1,2\n")
     with pytest.raises(InputError, match=rf"line 3: .*{words}"):
         list(deck_lines(tmp_path / "deck.inp"))
+
+
+@pytest.mark.parametrize(
+    "card",
+    [
+        "*ORIENTATION, NAME=OR1, SYSTEM=CYLINDRICAL",
+        "*Orientation,System=Rectangular,Name=Or1",
+        "*NODE, SYSTEM=R",
+        "*NODE, NSET=N, System = Rectangular",
+    ],
+)
+def test_axes_of_a_material_and_nodes_along_x_y_and_z_are_allowed(tmp_path, card):
+    (tmp_path / "deck.inp").write_text(f"*NODE\n1,0.,0.,0.\n{card}\n2,1.,0.,0.\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", InputWarning)
+        assert len(list(deck_lines(tmp_path / "deck.inp"))) == 2
 
 
 @pytest.mark.parametrize("after", ["", "*NSET,NSET=A\n1\n"])
