@@ -49,8 +49,8 @@ class Simulation(Answer):
 
     final: (t, x, y, theta, x_dot, y_dot, theta_dot); shares: share of time in each state;
     extrema: {signal: (min, max) or None}, forces over F_n, delta over w; response: see `Response`;
-    history: column name to array. What the scene did not ask for is None. `steps` counts
-    integration steps.
+    history: column name to array, in the units of `table`. What the scene did not ask for is None.
+    `steps` counts integration steps.
 
     Examples
     --------
@@ -80,7 +80,8 @@ class Simulation(Answer):
     sliding_lost_at: float | None = None
 
     def table(self) -> Table:
-        """A row for each sample of the history; forces over F_n, places over w.
+        """A row for each sample of the history: t, places and velocities in SI units; forces over
+        F_n, delta over w.
 
         Raises InputError where the scene's outputs do not name it.
 
