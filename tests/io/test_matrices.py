@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.io import hb_write, mmwrite, savemat
+from scipy.io import hb_write, loadmat, mmwrite, savemat
 from scipy.sparse import coo_array, csc_array, random_array, save_npz
 from scipy.sparse.linalg import eigsh
 
@@ -644,6 +644,74 @@ def test_a_damaged_matlab_file_does_not_end_the_process(tmp_path, matrix, place,
     whole[place] = byte
     (tmp_path / "K.mat").write_bytes(whole)
     with pytest.raises(InputError, match="damaged"):
+        read_matrix(tmp_path / "K.mat")
+
+
+def mat_element(kind, numbers):
+    """A data element of version 5 of some type, padded to whole words."""
+    data = np.asarray(numbers).tobytes()
+    return np.array([kind, len(data)], "<u4").tobytes() + data + bytes(-len(data) % 8)
+
+
+def sparse_element(rows, starts):
+    """A sparse matrix K (2, 2) whose stored numbers have the types of the arrays (i4 or f8)."""
+    content = [
+        mat_element(6, np.array([5, 2], "<u4")),  # the class sparse, room for two entries
+        mat_element(5, np.array([2, 2], "<i4")),
+        mat_element(1, np.frombuffer(b"K", "i1")),
+        *(mat_element(9 if x.dtype.kind == "f" else 5, x) for x in (rows, starts)),
+        mat_element(9, np.array([3.0, 4.0], "<f8")),
+    ]
+    return mat_element(14, np.frombuffer(b"".join(content), "u1"))
+
+
+def compressed(data, times):
+    for _ in range(times):
+        packed = zlib.compress(data)
+        data = np.array([15, len(packed)], "<u4").tobytes() + packed
+    return data
+
+
+ROWS = np.array([0, 1], "<i4")
+STARTS = np.array([0, 1, 2], "<i4")
+
+
+@pytest.mark.parametrize(
+    ("rows", "starts", "times"),
+    [
+        (ROWS, STARTS.astype("<f8"), 0),
+        (ROWS, np.array([0.0, 1.0, np.inf]), 0),
+        (ROWS.astype("<f8") / 2, STARTS, 0),  # it was read as the rows 0 and 0
+        (ROWS, STARTS, 2),
+        (ROWS, STARTS, 1500),
+    ],
+)
+def test_a_matlab_file_that_no_program_writes_is_damaged(tmp_path, rows, starts, times):
+    """Indices that are no integers, and compressed elements in compressed ones."""
+    head = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"
+    path = tmp_path / "K.mat"
+    for usual in (0, 1):
+        path.write_bytes(head + compressed(sparse_element(ROWS, STARTS), usual))
+        assert read_matrix(path).matrix.toarray().tolist() == [[3.0, 0.0], [0.0, 4.0]]
+        assert loadmat(path)["K"].toarray().tolist() == [[3.0, 0.0], [0.0, 4.0]]
+    path.write_bytes(head + compressed(sparse_element(rows, starts), times))
+    with pytest.raises(InputError, match=r"K\.mat: .*the file is damaged$"):
+        read_matrix(path)
+
+
+@pytest.mark.parametrize("broken", ["ir", "jc"])
+def test_indices_of_matlab_7_3_that_are_no_integers_are_damaged(tmp_path, broken):
+    h5py = pytest.importorskip("h5py")
+    numbers = {"data": np.array([3.0, 4.0]), "ir": ROWS, "jc": STARTS}
+    numbers[broken] = numbers[broken] * 1.5
+    with h5py.File(tmp_path / "K.mat", "w", userblock_size=512) as file:
+        group = file.create_group("K")
+        group.attrs["MATLAB_sparse"] = 2
+        for name, values in numbers.items():
+            group[name] = values
+    with (tmp_path / "K.mat").open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+    with pytest.raises(InputError, match=r"K\.mat: .*the file is damaged$"):
         read_matrix(tmp_path / "K.mat")
 
 

@@ -94,13 +94,13 @@ def _variables(data: bytes, order: str) -> Iterator[tuple[str, Matrix]]:
     `order` of bytes is < or >. Text and the like is left out. Raises ValueError, LookupError,
     zlib.error.
     """
-    for kind, content in _elements(data, order):
-        if kind == ElementType.COMPRESSED:
-            yield from _variables(_decompress(content), order)
-        elif kind != ElementType.MATRIX:
+    for element in _elements(data, order):
+        if element.kind == ElementType.COMPRESSED:
+            (element,) = _elements(_decompress(element.data), order)  # a compressed one holds one
+        if element.kind != ElementType.MATRIX:
             raise ValueError
-        elif content:
-            yield from _array(content, order, "")
+        if element.data:
+            yield from _array(element.data, order, "")
 
 
 def _decompress(content: bytes) -> bytes:
@@ -164,7 +164,8 @@ def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]
     if array_class == ArrayClass.STRUCT:
         yield from _struct(parts, order, full_name, math.prod(shape))
     elif array_class == ArrayClass.SPARSE:
-        (rows, starts), values = _numbers(parts, order, is_complex)
+        indices, values = _numbers(parts, order, is_complex)
+        rows, starts = map(_integers, indices)
         count = starts[-1]
         if not 0 <= count <= min(len(rows), len(values)):
             raise ValueError
@@ -183,11 +184,19 @@ def _numbers(parts: list[_Element], order: str, is_complex: bool) -> tuple[list[
     the imaginary parts of a complex one.
     """
     arrays = [np.frombuffer(part.data, order + NUMBER_TYPES[part.kind]) for part in parts]
-    imaginary = arrays.pop() if is_complex else None
     *indices, values = arrays
-    if imaginary is None:
-        return indices, values
-    return indices, values + 1j * imaginary.reshape(values.shape)
+    if is_complex:
+        imaginary = values
+        *indices, real = indices
+        values = real + 1j * imaginary.reshape(real.shape)
+    return indices, values
+
+
+def _integers(indices: NDArray) -> NDArray[np.int64]:
+    """The indices of rows or the starts of columns of a sparse array. Raises ValueError."""
+    if indices.dtype.kind not in "iu":
+        raise ValueError("the file is damaged")
+    return indices.astype(np.int64)
 
 
 def _struct(
@@ -218,7 +227,7 @@ def _struct(
 
 
 def _read_hdf5(path: Path) -> dict[str, Matrix]:
-    """The matrices of a file of version 7.3 by their names. Raises InputError.
+    """The matrices of a file of version 7.3 by their names. Raises InputError, ValueError.
 
     Such a file holds transposed arrays, sparse ones as groups data, ir, jc, and structs as groups.
     """
@@ -251,11 +260,14 @@ def _read_hdf5(path: Path) -> dict[str, Matrix]:
 
 
 def _sparse_group(group: "h5py.Group", numbers: "Callable[[h5py.Dataset], NDArray]") -> csc_array:
-    """The sparse matrix in a group; one without entries has neither data nor ir."""
-    starts = numbers(group["jc"]).astype(np.int64)
+    """The sparse matrix in a group; one without entries has neither data nor ir.
+
+    Raises InputError, ValueError.
+    """
+    starts = _integers(numbers(group["jc"]))
     rows = starts[:0]
     if "ir" in group:
-        rows = numbers(group["ir"]).astype(np.int64)
+        rows = _integers(numbers(group["ir"]))
     values = np.empty(0)
     if "data" in group:
         values = numbers(group["data"])
