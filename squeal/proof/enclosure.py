@@ -78,8 +78,9 @@ def enclose(block: Quadratic) -> list[Piece] | Failure:
             return Failure(UNSOLVED)
         if isinstance(discs, Failure):
             return discs
-        centres = discs.centres * complex(rate)  # rad/s; exact, for the rate is a power of two
-        radii = upper(discs.radii * rate, 2)  # more than one product needs, which may underflow
+        centres = discs.centres * complex(rate)  # rad/s; exact, unless it underflows
+        # allows for two products: the one here, and underflow of it and of the centres
+        radii = upper(discs.radii * rate, 2)
         if not (np.isfinite(centres).all() and np.isfinite(radii).all()):
             return Failure(BEYOND)  # beyond the largest double
         return pieces_of(

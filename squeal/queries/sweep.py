@@ -188,8 +188,8 @@ def _system_sweep(
 
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
     """The eigenvalues over a range of the parameter whose thresholds are known, for a figure, and
-    at the subject's own value. Modes are numbered at `low`. The referee judges the roots of no
-    system: the thresholds say what is proved over the range.
+    at the subject's own value. Modes are numbered at `low`. The roots of a system are not judged by
+    the referee, since the thresholds say what is proved over the range.
 
     Raises ComputationError if the branch of a pad's equilibria ends before `low`.
     """

@@ -194,7 +194,7 @@ class Findings(Answer):
         text = f"{words}{balance}."
         real = self._real_modes(mode)
         if len(group) == 2 and real and self.cures.treatments:
-            text += f" Separation and damping are told of {real}, without friction and damping."
+            text += f" Separation and damping refer to {real}, without friction and damping."
         place = self.energy.place(number_of_mode)
         if place:
             text += f" Where its energy is: {place}."

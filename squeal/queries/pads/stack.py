@@ -332,8 +332,9 @@ class PadStack:
         """Linearise pads (k,) about k equilibria, without the damping that the scene names.
 
         Returns the mass-normalised stiffness, and the damping that falling friction makes, each
-        (k, 3, 3): derivatives of the loads by the coordinates and by the velocities, the latter by
-        complex steps. Without falling friction the damping is None.
+        (k, 3, 3): minus the derivatives of the loads by the coordinates (x, y, theta) and by the
+        velocities. Both are exact to rounding: complex steps, and for the stiffness of many pads
+        formulas that heyoka derives. Without falling friction the damping is None.
         """
         statics = self.statics.pick(pad)
         contact = 1.0 * at.touching
