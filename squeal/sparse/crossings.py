@@ -497,8 +497,8 @@ def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing |
     """The crossing if it lies in the range of the parameter from `low` to `high`, otherwise None.
 
     Rounding (the interval of the crossing) may leave open on which side of an end of the range it
-    lies: it is then placed at that end. A root whose growth ends at `low` grows nowhere in the
-    range, and gives None.
+    lies: it is then placed at that end, where its interval ends. A root whose growth ends at `low`
+    grows nowhere in the range, and gives None.
     """
     first, last = crossing.interval
     if first <= low <= last:
@@ -506,7 +506,7 @@ def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing |
             return None
         return replace(crossing, value=low, interval=(low, last))
     if first <= high <= last:
-        return replace(crossing, value=high)
+        return replace(crossing, value=high, interval=(first, high))
     if low <= crossing.value <= high:
         return crossing
     return None

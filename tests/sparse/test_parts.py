@@ -210,7 +210,7 @@ def test_crossings_at_the_ends_of_a_range():
     assert _in_range(falls, 1.05, 2.0) is None
     at_end = _in_range(falls, 0.0, 0.95)
     assert at_end is not None
-    assert at_end.value == 0.95
+    assert (at_end.value, at_end.interval) == (0.95, (0.9, 0.95))
     assert _in_range(falls, 0.0, 2.0) == falls
     assert _in_range(falls, 1.2, 2.0) is None
     assert _in_range(falls, 0.0, 0.8) is None
