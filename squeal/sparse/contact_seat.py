@@ -63,7 +63,7 @@ class Contact:
         What is between the nodes beside their places, in m: wear and machined height.
     exponent, reference : float
         Of the normal stiffness by pressure (Pa; N without `area`); 0, up to 0.99, is a constant
-        stiffness.
+        stiffness, as that of bonded pairs always is.
     bonded : bool
         True for a joint, whose pairs cannot open.
     friction, factor : str
@@ -131,9 +131,9 @@ class Contact:
 
     @property
     def has_seat(self) -> bool:
-        """Whether the matrices depend on the static solution: it can open, stiffens with its force,
-        or damps by it."""
-        return not self.bonded or self.exponent > 0.0 or self.is_damped
+        """Whether the matrices depend on the static solution: pairs can open, and may then
+        stiffen with their force, or damp by it."""
+        return not self.bonded or self.is_damped
 
     def require_direction(self, values: Parameters, varied: Collection[str] = ()) -> None:
         """Raises InputError for friction without a direction; bonded pairs need none, since they do
@@ -477,7 +477,7 @@ def seat_contacts(
                 forces=normal_forces[of_contact],
                 pressures=normal_forces[of_contact] / pairs.area,
                 stiffness=seat.closed[of_contact] * seat.unit_slopes[of_contact],
-                constant=not pairs.contact.exponent,
+                constant=pairs.contact.bonded or not pairs.contact.exponent,
             )
         )
     return contacts, seat.displacements

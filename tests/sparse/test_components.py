@@ -347,3 +347,17 @@ def test_a_motion_that_no_boundary_drives_is_truncated_all_the_same():
     system = squeal.System(np.eye(2), np.diag([0.05, -50.0]), np.diag([20.0, 1e6]), name="a")
     body = squeal.Component(system, ["1", "2"], [2, 0], np.zeros((2, 3)))
     assert "moves roots" in body.reduced(["1"], cutoff=20).system.assumptions[0]
+
+
+def test_a_joint_has_one_stiffness_whatever_its_exponent_and_load():
+    """It may pull, and no power of a pull is a stiffness: what moves no root has no seat."""
+    joint = squeal.Contact(("a", "b"), [(1, 1)], Z, 2.0, exponent=0.5, bonded=True)
+    for force in (-1.0, 50.0):
+        bodies = []
+        for name, load in (("a", [0.0]), ("b", [force])):
+            system = squeal.System([[1.0]], K=[[3.0]], name=name)
+            bodies.append(squeal.Component(system, [1], [2], [[0, 0, 0]], load))
+        assembly = squeal.assemble(bodies, [joint], {"mu": 0.0})
+        assert eigh(assembly.system.at()[2])[0] == pytest.approx([3.0, 7.0])
+        assert "load and gap move the forces alone, not the roots" in str(assembly.seats[0])
+    assert not joint.has_seat
