@@ -157,7 +157,7 @@ def assembly_file(
     located = list(components.values())
     _warn_of_other_units(at, located)
     all_bodies = [component.body for component in located]
-    if "cutoff" in keys and all(body.residual_flexibility is not None for body in all_bodies):
+    if "cutoff" in keys and all(body.rows for body in all_bodies):
         lowest = min(body.cutoff for body in all_bodies)
         raise (at / "cutoff").refuse(
             f"is not allowed; all components are reduced already, up to {lowest:g} Hz"
@@ -213,9 +213,8 @@ def _warn_of_other_units(at: Place, components: Sequence[_LocatedComponent]) -> 
     for body, coordinates in components:
         mass, _ = coordinates.mass_and_centre(body.system.frozen().at()[0])
         size = float(np.ptp(coordinates.places, axis=0).max(initial=0.0))
-        # the mass of a reduced component lies in rows that move no node
-        is_reduced = body.rows is not None
-        if is_reduced or mass <= 0.0 or size <= 0.0:
+        # the mass of a reduced component, which has `rows`, lies in rows that move no node
+        if body.rows or mass <= 0.0 or size <= 0.0:
             continue
         name = body.system.name
         density = mass / size**3
@@ -361,21 +360,19 @@ def _face_contact(
 ) -> dict[str, Any]:
     """The points of a contact between faces, their areas and normals, as `pairs`, `area` and
     `normal` of `Contact`. Raises InputError."""
-    located = []
-    for name in keys["between"]:
+    bodies = []
+    surfaces = []
+    for name, surface in zip(keys["between"], keys["faces"], strict=True):
         if name not in components:
             raise (at / "between").must_be(name, f"one of {', '.join(components)}")
-        located.append(components[name])
-    surfaces = []
-    for component, surface in zip(located, keys["faces"], strict=True):
-        with (at / "faces" / component.body.name).named():
-            surfaces.append(read_surface(component.coordinates, surface))
-    first, second = located
+        body, coordinates = components[name]
+        bodies.append(body)
+        with (at / "faces" / name).named():
+            surfaces.append(read_surface(coordinates, surface))
+    first, second = bodies
     on_first, on_second = surfaces
     with (at / "faces").named():
-        contact = contact_between_faces(
-            first.body, second.body, on_first, on_second, keys["distance"]
-        )
+        contact = contact_between_faces(first, second, on_first, on_second, keys["distance"])
     return {"pairs": contact.points, "area": contact.area, "normal": contact.normal}
 
 

@@ -67,12 +67,12 @@ def read_table(path: Path, names: Sequence[str]) -> tuple[Place, list[Line]]:
     heads = []
     for _, cells in rows[:1]:
         heads = [cell.strip().lower() for cell in cells]
-    missing = [name for name in names if name not in heads]
-    if missing:
-        raise at.refuse(
-            f"no column {missing[0]}; the first line of a .csv file must name, with commas, "
-            f"{', '.join(names)}"
-        )
+    for name in names:
+        if name not in heads:
+            raise at.refuse(
+                f"no column {name}; the first line of a .csv file must name, with commas, "
+                f"{', '.join(names)}"
+            )
     for name in filter(None, heads):
         if heads.count(name) > 1:
             raise at.refuse(f"{heads.count(name)} columns {name}; one is allowed")
@@ -265,8 +265,7 @@ def _deck_table(path: Path, names: Sequence[str]) -> Iterator[Line]:
             kind = cell_name(line.option("TYPE"))
             if not kind:
                 continue
-            nodes = line.cells[1 : 1 + MOST_NODES]
-            cells = [line.cells[0], kind, *nodes]
+            cells = [line.cells[0], kind, *line.cells[1 : 1 + MOST_NODES]]
         yield Line(line.at, dict(zip_longest(heads, cells, fillvalue="")))
 
 

@@ -250,7 +250,7 @@ class Component:
 
         Rows of rotations and of no node stay zero. Raises InputError as `rotating`.
         """
-        from scipy.sparse import coo_array
+        from scipy.sparse import csc_array
 
         vector = np.asarray(axis, dtype=float)
         length = np.linalg.norm(vector)
@@ -260,13 +260,13 @@ class Component:
         of_node = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         rows = self.rows_of(np.unique(self.nodes[self.directions >= 0]))
         n = self.system.n
-        cross = coo_array((n, n)).tocsc()
+        cross = csc_array((n, n))
         # a component of the axis that is rounding makes no entries
         for i, j in zip(*np.nonzero(np.abs(of_node) > EPS), strict=True):  # J[i, j], of directions
             have_both = (rows[:, i] >= 0) & (rows[:, j] >= 0)
             where = (rows[have_both, i], rows[have_both, j])
             entries = np.full(np.count_nonzero(have_both), of_node[i, j])
-            cross = cross + coo_array((entries, where), shape=(n, n)).tocsc()
+            cross = cross + csc_array((entries, where), shape=(n, n))
         return cross
 
     def reduced(self, nodes: ArrayLike, cutoff: float) -> Component:

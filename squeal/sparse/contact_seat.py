@@ -250,8 +250,7 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
     points = contact.pairs
     sides = []
     for number, name in enumerate(contact.between):
-        labels, weights = points.side(number)
-        sides.append(_Side(bodies, name, labels, weights))
+        sides.append(_Side(bodies, name, *points.side(number)))
     first, second = sides
 
     def relative_displacement(vectors: Array) -> csr_array:
