@@ -216,7 +216,7 @@ def _warn_of_other_units(at: Place, components: Sequence[_LocatedComponent]) -> 
         # the mass of a reduced component, which has `rows`, lies in rows that move no node
         if body.rows or mass <= 0.0 or size <= 0.0:
             continue
-        name = body.system.name
+        name = body.name
         density = mass / size**3
         if first is None:
             first = (name, size, density)
@@ -276,18 +276,11 @@ def _component(
                     f"{flexibility.shape[0]} rows are not allowed; it must have {size} or "
                     f"{2 * size}, as `export` wrote it"
                 )
-        body = replace(
-            body,
-            rows=reduced["rows"],
-            cutoff=reduced["cutoff"],
-            residual_flexibility=flexibility.toarray(),
-        )
+        # the other keys are fields of the component by the same names
+        body = replace(body, **reduced | {"residual_flexibility": flexibility.toarray()})
     if "rotation" in keys:
-        rotation = keys["rotation"]
         with (at / "rotation").named():
-            body = body.rotating(
-                rotation["axis"], rotation["speed"], values, rotation.get("preloaded", False)
-            )
+            body = body.rotating(**keys["rotation"], values=values)
     if "load" in keys:
         load = keys["load"]
         factor = _formula_value(load, "factor", at / "load", values)

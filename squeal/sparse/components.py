@@ -262,7 +262,7 @@ class Component:
         n = self.system.n
         cross = csc_array((n, n))
         # a component of the axis that is rounding makes no entries
-        for i, j in zip(*np.nonzero(np.abs(of_node) > EPS), strict=True):  # J[i, j], of directions
+        for i, j in np.argwhere(np.abs(of_node) > EPS):  # J[i, j], of directions
             have_both = (rows[:, i] >= 0) & (rows[:, j] >= 0)
             where = (rows[have_both, i], rows[have_both, j])
             entries = np.full(np.count_nonzero(have_both), of_node[i, j])

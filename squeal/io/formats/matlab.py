@@ -265,14 +265,11 @@ def _sparse_group(group: "h5py.Group", numbers: "Callable[[h5py.Dataset], NDArra
     Raises InputError, ValueError.
     """
     starts = _integers(numbers(group["jc"]))
-    rows = starts[:0]
-    if "ir" in group:
-        rows = _integers(numbers(group["ir"]))
-    values = np.empty(0)
-    if "data" in group:
-        values = numbers(group["data"])
     shape = (int(group.attrs["MATLAB_sparse"]), len(starts) - 1)
-    return csc_array((values, rows, starts), shape=shape)
+    if "data" not in group and not starts.any():
+        return csc_array(shape)
+    rows = _integers(numbers(group["ir"]))
+    return csc_array((numbers(group["data"]), rows, starts), shape=shape)
 
 
 def _is_numeric(dataset: "h5py.Dataset") -> bool:
