@@ -260,13 +260,13 @@ def _read_hdf5(path: Path) -> dict[str, Matrix]:
 
 
 def _sparse_group(group: "h5py.Group", numbers: "Callable[[h5py.Dataset], NDArray]") -> csc_array:
-    """The sparse matrix in a group; one without entries has neither data nor ir.
+    """The sparse matrix in a group; one without entries needs neither data nor ir.
 
     Raises InputError, ValueError.
     """
     starts = _integers(numbers(group["jc"]))
     shape = (int(group.attrs["MATLAB_sparse"]), len(starts) - 1)
-    if "data" not in group and not starts.any():
+    if not starts.any():
         return csc_array(shape)
     rows = _integers(numbers(group["ir"]))
     return csc_array((numbers(group["data"]), rows, starts), shape=shape)
