@@ -13,6 +13,7 @@ Neither rounding nor ratios of stiffnesses matter.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -108,11 +109,12 @@ class ExactRange:
 
 
 class _Zero(NamedTuple):
-    """An interval of the parameter with zeros of polynomials that no double separates."""
+    """An interval of the parameter with a zero of a polynomial, or with several that overlap."""
 
     low: float
     high: float
     multiplicity: int
+    is_single: bool
 
 
 def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | None:
@@ -121,10 +123,11 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     At the low end of the range those of roots that begin to grow there.
     """
     leading, *others = _critical_polynomials(factor)
-    if _zeros_within([leading], low, high):
+    if _zeros_within(leading, low, high):
         return None
     changes = []
-    zeros = _zeros_within(others, low, high)
+    critical: Polynomial = math.prod(others)  # of which a zero of several is a single one
+    zeros = _zeros_within(critical, low, high)
     for k, zero in enumerate(zeros):
         # between two zeros one number of roots grows; the neighbouring double would do as well, but
         # beside 0 it takes a thousand digits
@@ -133,7 +136,7 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
         counted = [_growing_at(factor, zero.high + BESIDE * (next_low - zero.high))]
         start = max(zero.low, low)
         at = max((zero.low + zero.high) / 2.0, low)
-        is_at = sum(_order_at(polynomial, at) for polynomial in others) == zero.multiplicity
+        is_at = zero.is_single and critical(_exactly(at)) == 0
         if is_at:  # what grows there grows on both sides, so that nothing cancels
             counted.insert(0, _growing_at(factor, at))
         elif zero.low <= low:
@@ -142,10 +145,11 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
             counted.insert(0, _growing_at(factor, zero.low - BESIDE * (zero.low - last_high)))
         for before, after in itertools.pairwise(counted):
             rise = len(after) - len(before)
-            # of several changes only a rise of two each excludes that some cancel, or no growth on
-            # one side
+            # of several changes only a rise of two each excludes that some cancel; at a single
+            # value also no growth on one side, which leaves none there
             may_cancel = zero.multiplicity > 1 and abs(rise) < 2 * zero.multiplicity
-            if not is_at and may_cancel and before and after:
+            is_quiet = zero.is_single and not (before and after)
+            if not is_at and may_cancel and not is_quiet:
                 return None
             # the slowest ones have just begun to grow, or are about to end to
             slowest = after[:rise] if rise > 0 else before[:-rise]
@@ -162,33 +166,22 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     return changes
 
 
-def _zeros_within(polynomials: Sequence[Polynomial], low: float, high: float) -> list[_Zero]:
-    """The zeros of some polynomials within a range, ascending."""
+def _zeros_within(polynomial: Polynomial, low: float, high: float) -> list[_Zero]:
+    """The zeros of a polynomial within a range, ascending."""
     zeros = []
     with flint.ctx.workprec(PRECISION):
-        for polynomial in polynomials:
-            for root, multiplicity in polynomial.complex_roots():
-                zero = _Zero(low_end(root.real), high_end(root.real), multiplicity)
-                if root.imag == 0 and zero.low <= high and zero.high >= low:
-                    zeros.append(zero)
+        for root, multiplicity in polynomial.complex_roots():
+            zero = _Zero(low_end(root.real), high_end(root.real), multiplicity, True)
+            if root.imag == 0 and zero.low <= high and zero.high >= low:
+                zeros.append(zero)
     separate: list[_Zero] = []
     for zero in sorted(zeros):
-        if separate and zero.low <= separate[-1].high:  # no double lies between
+        if separate and zero.low <= separate[-1].high:  # up to three doubles may lie between
             before = separate.pop()
             multiplicity = before.multiplicity + zero.multiplicity
-            zero = _Zero(before.low, max(before.high, zero.high), multiplicity)
+            zero = _Zero(before.low, max(before.high, zero.high), multiplicity, False)
         separate.append(zero)
     return separate
-
-
-def _order_at(polynomial: Polynomial, value: float) -> int:
-    """The order of the zero of a polynomial at a value, 0 where it is none."""
-    exact_value = _exactly(value)
-    order = 0
-    while polynomial(exact_value) == 0:
-        polynomial = polynomial.derivative()
-        order += 1
-    return order
 
 
 def _exactly(value: float) -> Any:
@@ -219,7 +212,7 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
                     return None
             denominator *= quotient.under / denominator.gcd(quotient.under)
             parts.append((power, quotient, X.mid))
-    if _zeros_within([_of_parameter(denominator, 0)], low, high):
+    if _zeros_within(_of_parameter(denominator, 0), low, high):
         return None
     rows = [[0 * s] * terms.n for _ in range(terms.n)]
     for power, quotient, matrix in parts:

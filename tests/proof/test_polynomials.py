@@ -183,6 +183,21 @@ def test_a_touch_from_growth_at_no_double_is_declined():
     assert ExactRange.of(Terms([Term(np.eye(2))], [], K, HALF_ULP), 0.0, 2.0) is None
 
 
+@pytest.mark.parametrize("width", [1e-16, 2e-16, 3e-16, 4e-16])
+@pytest.mark.parametrize("at", [1.5, 0.75, 4 / 3])
+def test_flutter_between_two_thresholds_side_by_side_is_listed_or_declined(at, width):
+    """omega^2 = 2 +- sqrt(f), f = 1 - 1.5 / (1 + x^2), x = (mu - at) / width: below 0 about at."""
+    K = [
+        Term(np.array([[2.0, 1.0], [0.0, 2.0]])),
+        Term(
+            np.array([[0.0, 0.0], [1.0, 0.0]]),
+            lambda mu: 1 - 1.5 / (1 + ((mu - at) / width) * ((mu - at) / width)),
+        ),
+    ]
+    exact = ExactRange.of(Terms([Term(np.eye(2))], [], K, HALF_ULP), 0.0, 2.0)
+    assert exact is None or [change.rise for change in exact.changes] == [2, -2]
+
+
 @pytest.mark.parametrize("damping", [0.0, 0.125])
 def test_equal_pairs_that_begin_to_grow_together_are_told_apart(damping):
     onset = pytest.approx(1.0 + 2.0 * damping**2, rel=1e-15)
