@@ -32,8 +32,6 @@ LOST = 0.1
 """A fast root that rounding moves by this share of its size may be one at infinity."""
 MIXED = 0.1
 """Roots that rounding moves by this share of their distance may be parts of one multiple root."""
-SHARED = 2.0
-"""... which moves them by more than this times what it does to a root of orthogonal vectors."""
 ALONE = 1e-3
 """A root without another one within this share of its size is not a multiple one."""
 
@@ -286,7 +284,7 @@ def eigenvalues_of(problem: ScaledProblem, roots: Roots) -> tuple[Eigenvalue, ..
     """
     residuals = problem.backward_errors(roots.values, roots.right)
     conditions = _conditions(problem, roots)
-    rounding = _rounding(problem, roots.values, residuals, conditions)
+    rounding = _rounding(problem, roots, residuals, conditions)
     # rounding of its whole size leaves open whether an infinite root grows
     rounding = np.where(_may_be_infinite(problem, roots), np.abs(roots.values), rounding)
     right = _in_unscaled_coordinates(problem, roots.right)
@@ -348,9 +346,7 @@ def _may_be_infinite(problem: ScaledProblem, roots: Roots) -> Bools:
     return is_fast & is_alone & (changes > LOST * _slopes(problem, roots))
 
 
-def _rounding(
-    problem: ScaledProblem, values: ComplexArray, residuals: Array, conditions: Array
-) -> Array:
+def _rounding(problem: ScaledProblem, roots: Roots, residuals: Array, conditions: Array) -> Array:
     """How far rounding may move each root (rad/s); exact zeros by nothing.
 
     A simple root of P moves by error * condition * |lambda|. `root_rounding` is made for the
@@ -359,6 +355,7 @@ def _rounding(
     how close roots move together: distances below error * scale count as that, and no root moves
     further than 2 scale error^(1 / rows).
     """
+    values = roots.values
     sizes = np.abs(values)
     errors = np.maximum(residuals, LEAST_BACKWARD_ERROR)
     scales = _scales(problem, sizes, errors)
@@ -369,16 +366,15 @@ def _rounding(
     is_unpaired = problem.is_real & (values.imag != 0) & ~np.isin(values.conj(), values)
     all_values = np.append(values, values[is_unpaired].conj())
     indices = np.append(np.arange(len(values)), np.flatnonzero(is_unpaired))
-    errors = errors[indices]
-    scales = scales[indices]
     rounding = root_rounding(
         all_values,
         condition=scaled_conditions[indices],
-        error=errors,
-        size=scales,
+        error=errors[indices],
+        size=scales[indices],
         rows=2 * problem.n,  # of the companion form
     )
-    rounding = _rounding_in_groups(all_values, rounding, errors * scales)
+    reach = np.where(_moves_alone(problem, roots.right)[indices], 0.0, rounding)
+    rounding = _rounding_in_groups(all_values, rounding, reach)
     return np.where(sizes > 0, rounding[: len(values)], 0.0)
 
 
@@ -406,21 +402,38 @@ def _scales(problem: ScaledProblem, sizes: Array, errors: Array) -> Array:
         return np.fmax(np.fmax(sizes, of_slow_roots), of_multiple_roots)
 
 
-def _rounding_in_groups(values: ComplexArray, rounding: Array, least: Array) -> Array:
+def _moves_alone(problem: ScaledProblem, right: ComplexArray) -> Bools:
+    """True for roots (m,) of Hermitian M and K that are no part of a defective one, by the right
+    vectors x (n, m).
+
+    Without damping x is a left vector too, and a defective root has x^H M x = 0. Roots of vectors
+    with mass move as those of a Hermitian matrix, however close others lie (Weyl).
+    """
+    mass, damping, stiffness = problem.norms
+    mass_asymmetry = norm_of(problem.M - problem.M.conj().T)
+    stiffness_asymmetry = norm_of(problem.K - problem.K.conj().T)
+    is_hermitian = (
+        damping == 0.0
+        and mass_asymmetry <= LEAST_BACKWARD_ERROR * mass
+        and stiffness_asymmetry <= LEAST_BACKWARD_ERROR * stiffness
+    )
+    masses = np.sum(right.conj() * multiply(problem.M, right), axis=0).real
+    return is_hermitian & (masses > MIXED * mass * np.linalg.norm(right, axis=0) ** 2)
+
+
+def _rounding_in_groups(values: ComplexArray, rounding: Array, reach: Array) -> Array:
     """The rounding (m,) of roots (m,), in groups at least the distance to the mean of the group.
 
     Rounding splits a defective root into m roots at a distance r around it, but moves their mean by
     little. By its condition, r^(1 - m), each of the m roots seems to be known to r / m or better:
     so well that its real part, up to r, would pass for growth. Roots are in one group if each is
-    moved by more than a share `MIXED` of their distance; of six roots around one it is 1/9. Those
-    of nearly equal blades have vectors of their own, and are not mixed: rounding moves each by
-    about the `least` (m,), what it does to a root of orthogonal vectors.
+    moved by more than a share `MIXED` of their distance; of six roots around one it is 1/9. The
+    `reach` (m,) is how far each is moved, and 0 for one that is no part of a defective root.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
     distances = np.abs(values[:, None] - values)
-    reach = np.where(rounding > SHARED * least, rounding, 0.0)
     is_mixed = np.minimum(reach[:, None], reach) > MIXED * distances
     _, group = connected_components(csr_array(is_mixed), directed=False)
     members = np.bincount(group)
