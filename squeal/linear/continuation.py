@@ -648,8 +648,9 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
 
     Free motions are the vectors x on which neither K nor C acts at any sample. The parameter may
     change the combinations y of rows with y' K = y' C = 0, as by a force that acts between bodies
-    at one end alone, and in other rows the motions x: both are taken out, one after the other, y as
-    a motion of the transposes. P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots.
+    at one end alone, and in other rows the motions x: both are taken out in turn, y as a motion of
+    the transposes, until none is left, since each pass takes one of a chain of zeros.
+    P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots.
 
     Parameters
     ----------
@@ -668,10 +669,13 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
             return None
         acting += C, K
     P = Q = np.eye(len(M))
-    for _ in range(2):
-        rows, columns = _beside_free_motions(M, acting)
-        P, Q = Q @ columns, P @ rows
-        M, *acting = [(rows.conj().T @ X @ columns).conj().T for X in (M, *acting)]
+    size_before = len(M) + 1
+    while len(M) < size_before:
+        size_before = len(M)
+        for _ in range(2):
+            rows, columns = _beside_free_motions(M, acting)
+            P, Q = Q @ columns, P @ rows
+            M, *acting = [(rows.conj().T @ X @ columns).conj().T for X in (M, *acting)]
     if len(M) == len(P):
         return None
     return P, Q

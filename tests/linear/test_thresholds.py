@@ -340,17 +340,17 @@ def test_a_real_root_leaves_zero_beside_free_motions(bodies, damping, falls, is_
 
 @pytest.mark.parametrize("is_symmetric", [True, False])
 @pytest.mark.parametrize("damping", [0.0, 0.3])
-@pytest.mark.parametrize("others", [0, 1, 2])
+@pytest.mark.parametrize("others", [[], [0], [0, 2], [3], [3, 3], [5, 3], [0, 2, 3]])
 def test_real_roots_leave_zero_beside_motions_and_combinations_that_are_free(
     others, damping, is_symmetric
 ):
     """Two pairs of masses: k (r'' + 2 c r' + (2 - p / k) r) = 0 of each difference r. The
     parameter changes one row of one pair, and one column of the other. Free are a motion of the
-    first, a combination of rows of the second, and both, or a chain of four zeros, of others."""
+    first, a combination of rows of the second, and both of others: of such a pair (0), and of
+    bodies of which each pushes the next, a chain of zeros (their number)."""
     pair = np.array([[1.0, -1.0], [-1.0, 1.0]])
     one_row = np.array([[-1.0, 1.0], [0.0, 0.0]])
-    chain = np.array([[0.0, 0.0], [1.0, 0.0]])
-    beside = [pair, chain][:others]
+    beside = [np.eye(bodies, k=-1) if bodies else pair for bodies in others]
     nothing = [0.0 * block for block in beside]
     K0 = block_diag(pair, 1.5 * pair, *beside)
     K1 = 1.1 * block_diag(one_row, one_row.T, *nothing)
