@@ -52,7 +52,8 @@ from squeal.sparse.reduction import Reduction
 SHORTEST_STEP = 2.0**-40  # of the range
 MOST_SPECTRA = 600  # values at which roots are computed; beyond, no step is halved
 MISSED_SHARE = 0.25  # of a root's path: two roots match if their slopes miss it by at most this
-MISSED = 1e-4  # of |lambda|: ... or by this
+MISSED = 1e-4  # of |lambda|: ... or by this, if it is further off the axis
+LEAST_MISSED = 1e-8  # of |lambda|: ... or by this anyway
 REAL_SHARE = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
 SAME_SHARE = 1e-7  # relative: crossings closer than this are one
 NEWTON_STEPS = 20
@@ -243,7 +244,10 @@ class CrossingSearch:
         middle = (before.value + after.value) / 2
         start = before.z[match.before]
         path_lengths = np.abs(after.z[match.after] - start)
-        allowed = np.maximum(MISSED_SHARE * path_lengths, MISSED * np.abs(start))
+        # a root that is missed by less than it is off the axis at both ends crosses nothing
+        off_axis = np.minimum(np.abs(start.real), np.abs(after.z[match.after].real))
+        slack = np.minimum(off_axis / 2, MISSED * np.abs(start)) + LEAST_MISSED * np.abs(start)
+        allowed = np.maximum(MISSED_SHARE * path_lengths, slack)
         if np.any(match.misses > allowed):
             return middle
         unmatched_before = np.delete(np.arange(len(before.z)), match.before)
@@ -256,12 +260,11 @@ class CrossingSearch:
         for meeting in near_coalescences(before, after):
             if not before.value < meeting.value < after.value:
                 continue
-            # the two roots turn within `width` of the meeting (at least 1e-9, rounding). Slopes at
-            # the ends of the step show a turn over an eighth of it; a sharper turn shows only in a
-            # spectrum that is computed inside, at most half a width from the meeting
+            # the two roots turn within `width` of the meeting (at least 1e-9, rounding), which only
+            # a spectrum shows that is computed at most half a width from it
             width = max(meeting.width, 1e-9 * abs(meeting.value))
             distance = min(abs(value - meeting.value) for value in self._spectra)
-            if width < span / 8 and distance > width / 2:
+            if distance > width / 2:
                 return meeting.value
         return None
 

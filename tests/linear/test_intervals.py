@@ -285,35 +285,54 @@ def test_a_window_in_a_band_of_a_large_system_is_found(damping):
     assert result.certified
 
 
-@pytest.mark.parametrize(
-    ("K0", "slopes"),
-    [
-        (
-            [[16441, 1, 12], [10, 17038, 7], [-8, 9, 16680]],
-            [6244, -4316, 2534],
-        ),
-        (
-            [[16464, 3, -4], [-5, 16749, 0], [-2, -4, 16131]],
-            [803, 116, 1632],
-        ),
-        (
-            [[16491, 0, -5], [5, 17094, -2], [3, 5, 16400]],
-            [782, -906, 1038],
-        ),
-    ],
-)
-def test_two_windows_of_three_modes_in_a_band_of_a_large_system_are_found(K0, slopes):
-    """Within one step a pair flutters, parts, and one of the two flutters with the third."""
+def large_with_crossing_modes(K0, slopes, damping=0.0):
+    """Some modes that cross between 300 and 1000 Hz, six others there and hundreds above."""
     K0 = np.array(K0) * 1e3
     K1 = np.diag(slopes) * 1e3
     rest = 398
     own = np.append(np.linspace(4040.0, 4790.0, 6), np.linspace(2.0**14, 2.0**16, rest - 6))
-    large_K0 = csc_array(block_diag([K0, diags_array(own**2)]))
-    large_K1 = csc_array(block_diag([K1, csc_array((rest, rest))]))
-    system = affine(csc_array(eye_array(rest + 3)), large_K0, large_K1)
+    eye = csc_array(eye_array(rest + len(K0)))
+    system = affine(
+        eye,
+        csc_array(block_diag([K0, diags_array(own**2)])),
+        csc_array(block_diag([K1, csc_array((rest, rest))])),
+        damping * eye if damping else None,
+    )
+    return system, K0, K1
+
+
+@pytest.mark.parametrize(
+    ("K0", "slopes"),
+    [
+        ([[16441, 1, 12], [10, 17038, 7], [-8, 9, 16680]], [6244, -4316, 2534]),
+        ([[16464, 3, -4], [-5, 16749, 0], [-2, -4, 16131]], [803, 116, 1632]),
+        ([[16491, 0, -5], [5, 17094, -2], [3, 5, 16400]], [782, -906, 1038]),
+    ],
+)
+def test_two_windows_of_three_modes_in_a_band_of_a_large_system_are_found(K0, slopes):
+    """Within one step a pair flutters, parts, and one of the two flutters with the third."""
+    system, K0, K1 = large_with_crossing_modes(K0, slopes)
     found = squeal.thresholds(system, 1.0, band=(300.0, 1000.0))
     assert [c.direction for c in found.crossings] == ["up", "down", "up", "down"]
     assert [c.mu for c in found.crossings] == pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
+    assert found.certified
+
+
+@pytest.mark.parametrize(
+    ("K0", "slopes"),
+    [
+        ([[17237, 6, 3], [-4, 16798, 3], [5, -1, 16474]], [-2041, -45, 1349]),
+        (
+            [[16952, 2, -4, -6], [0, 16912, 6, 4], [3, 6, 16831, 3], [0, -1, -5, 16714]],
+            [-3103, -3033, -1001, 1012],
+        ),
+    ],
+)
+def test_damped_windows_that_begin_and_end_within_a_step_are_found(K0, slopes):
+    """Growth of a ten-thousandth of the frequency, as large as slopes may miss a root elsewhere."""
+    system, K0, K1 = large_with_crossing_modes(K0, slopes, damping=0.1)
+    found = squeal.thresholds(system, 1.0, band=(300.0, 1000.0))
+    assert [c.mu for c in found.crossings] == pytest.approx(ends_of_growth(K0, K1, 0.1), rel=1e-7)
     assert found.certified
 
 

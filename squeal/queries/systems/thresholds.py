@@ -632,8 +632,9 @@ def _compare(
     in the middle of the first interval plus what the events bring, see `_typical_values`. A value
 
     - with more growing roots is unexplained;
-    - with fewer, if that changes the verdict, has a growing root outside of the band; but in the
-      first interval, below the typical value, growth at the typical value is unexplained;
+    - with fewer, if that changes the verdict, has a growing root outside of the band; but if it has
+      no fewer roots in the band, and in the first interval below the typical value, growth at the
+      typical value is unexplained;
     - with as many and another verdict has a pair that became two real roots, and crosses nothing.
 
     Parameters
@@ -665,22 +666,33 @@ def _compare(
     typical = _typical_values(continuation, clusters, intervals, computed, margin)
     counts = [continuation.at(value).unstable_count for value in typical]
     unexplained = []
+    for cluster, (below, above) in zip(clusters, itertools.pairwise(typical), strict=True):
+        # a pair whose growth ends grew before; a real root may come from above the band
+        _, most_below = continuation.at(below).count_bounds
+        least_above, _ = continuation.at(above).count_bounds
+        rise = sum(event.rise for event in cluster)
+        if most_below + rise < least_above and all(event.omega > 0.0 for event in cluster):
+            what = f"growth that ends at {continuation.name} = {cluster[0].value:.6g}"
+            unexplained.append(f"{what} follows from no threshold that was located")
     left_out: dict[int, str] = {}  # by the number of the interval
     for value in sorted({*computed, *midpoints}):
         k = sum(cluster[0].value < value for cluster in clusters)  # the number of its interval
         count = continuation.at(value).unstable_count
         typical_count = counts[k]
         is_other_verdict = count.verdict != typical_count.verdict
-        is_fewer = count.growing_roots < typical_count.growing_roots
+        _, most_growing = continuation.at(value).count_bounds
+        is_fewer = most_growing < typical_count.growing_roots
         here = f"{continuation.name} = {value:.6g}"
         if count.growing_roots > typical_count.growing_roots:
             what = count.verdict if is_other_verdict else f"{count.verdict} of one more mode"
             unexplained.append(f"{what} at {here} follows from no threshold that was located")
         elif is_fewer and is_other_verdict and k not in left_out:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
+            roots_here = len(continuation.at(value).z)
+            has_left = roots_here < len(continuation.at(typical[k]).z)
             # in the first interval growth begins without an event; it is not hidden by rounding,
             # since the value is not next to an event
-            if k == 0 and value < typical[k]:
+            if not has_left or (k == 0 and value < typical[k]):
                 what = f"{typical_count.verdict} at {grows_at}"
                 unexplained.append(f"{what} follows from no threshold that was located")
                 continue
