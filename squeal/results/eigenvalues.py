@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -15,6 +14,7 @@ from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Panel, Table, columns, number, picked
 from squeal.linear import Spectrum, UnstableMode
 from squeal.linear.eigen import Eigenvalue, values_of
+from squeal.linear.matrices import EPS
 from squeal.linear.paths import mode_numbers
 from squeal.linear.shaft import name_of_kind, speed_words
 from squeal.results.columns import (
@@ -28,8 +28,6 @@ from squeal.results.columns import (
 )
 from squeal.results.sources import Source, SystemSource, refuse_other_subject, unit_of
 
-DEFECTIVE = 1e7
-"""A root of a larger condition lacks a vector where it coincides with another, to rounding."""
 SAME = 1e-9  # of |lambda|: a mode that grows is this listed one
 COORDINATES = {"x": "m", "y": "m", "theta": "rad"}
 """Of a pad, with their units."""
@@ -276,7 +274,8 @@ class Eigenvalues(Answer):
         if self.verdict == "marginal":
             words = "no mode grows, not all decay"
             if self.limit_hz is not None:
-                words = f"on the limit of flutter, modes at {self.limit_hz:.4g} Hz have one shape"
+                modes = f"modes at {self.limit_hz:.4g} Hz have one shape"
+                words = f"to rounding on the limit of flutter, {modes}"
             return self._with_place("Marginal") + f": {words}"
         if self.open or self.criterion.startswith(OPEN):
             reason = self.open or self.criterion.removeprefix(OPEN)
@@ -286,19 +285,24 @@ class Eigenvalues(Answer):
 
     @property
     def limit_hz(self) -> float | None:
-        """The frequency at which undamped modes coincide and have one shape, None if none do.
+        """The frequency at which undamped modes coincide in one shape to rounding, None if none do.
 
-        Beside the modes a motion t sin(omega t) is possible then, and some smallest change of the
-        system makes one of them grow. The drift of a free body, at zero, is no such limit.
+        Beside the modes a motion t sin(omega t) is possible then. The drift of a free body, at
+        zero, is no such limit. Known only where the details hold the matrices.
         """
-        undamped = []
+        if "K" not in self.details:
+            return None
+        M, C, K = map(np.array, map(self.details.get, "MCK"))
         for root in self.eigenvalues:
-            oscillates = root.value.imag > 0.0 and root.kind == "marginal"
-            if oscillates and root.condition > DEFECTIVE:
-                undamped.append(root)
-        for one, other in pairwise(undamped):
-            if abs(one.value - other.value) <= one.rounding + other.rounding:
-                return one.frequency_hz
+            z = root.value
+            rounding = 2 * root.rounding + EPS * abs(z)
+            coinciding = np.sum(np.abs(self.values - z) <= rounding)
+            if root.kind == "marginal" and z.imag > 0.0 and coinciding > 1:
+                # the error of this matrix hides none of the null vectors at the true root
+                error = EPS * np.linalg.norm(K) + rounding * np.linalg.norm(2 * abs(z) * M + abs(C))
+                rank = np.linalg.matrix_rank(z * z * M + z * C + K, len(K) * error)
+                if len(K) - rank < coinciding:
+                    return root.frequency_hz
         return None
 
     def _with_place(self, words: str) -> str:

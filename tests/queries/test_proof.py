@@ -84,6 +84,30 @@ def test_a_double_frequency_of_one_shape_is_the_limit_of_flutter(blocks, above, 
         assert found.conclusion == "Marginal: no mode grows, not all decay"
 
 
+@pytest.mark.parametrize("coupling", [3e7, 1e8, 1e9])
+@pytest.mark.parametrize(
+    "ones", [[[0, 0, 1], [0, 0, 1], [0, 0, 0]], np.kron(np.eye(2), [[0, 1], [0, 0]])]
+)
+@pytest.mark.parametrize("turn", [np.eye(4), np.tri(4)])
+def test_a_double_frequency_of_two_shapes_is_no_limit_of_flutter(coupling, ones, turn):
+    """However large the conditions are that a third mode brings."""
+    n = len(ones)
+    turn = turn[:n, :n]
+    K = np.diag([4, 4, 5] if n == 3 else [4, 5, 4, 5]) + coupling * np.array(ones)
+    K = turn @ K @ np.round(np.linalg.inv(turn))
+    assert n - np.linalg.matrix_rank(K - 4 * np.eye(n)) == 2
+    found = squeal.eigenvalues(squeal.System(np.eye(n), K=K))
+    assert found.conclusion == "Marginal: no mode grows, not all decay"
+
+
+def test_two_frequencies_that_rounding_does_not_tell_apart_have_one_shape_to_rounding():
+    """Roots 1 -+ 1.5e-8, whose vectors differ by as much."""
+    t = 2.0**-50
+    K = [[1 + (1 + t) / 2, (1 - t) / 2], [-(1 - t) / 2, 1 - (1 + t) / 2]]
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=K))
+    assert found.conclusion.startswith("Marginal: to rounding on the limit of flutter")
+
+
 def test_a_report_at_the_threshold_says_that_it_is_the_limit():
     """s = 2 +- sqrt(1 - 4 mu / 3), of which both are 2 at mu = 3/4: in doubles, exactly."""
     K = {"1": [[2.0, -1.0], [-0.75, 2.0]], "mu": [[0.0, 0.0], [1.0, 0.0]]}
