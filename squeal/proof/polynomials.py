@@ -34,6 +34,8 @@ except ImportError:  # an extra
 MOST_DEGREE = 8
 """In p, of the determinant of a component, at least its rows: polynomials take up to two seconds,
 those of degree ten ten."""
+MOST_BITS = 10_000
+"""Of a number in a factor, which a power makes long: a double has at most 1,075."""
 BESIDE = 1e-12
 """Of the distance to the next zero: so far beside a zero growing roots are counted."""
 Polynomial = Any
@@ -235,6 +237,10 @@ class Quotient:
     over: Polynomial
     under: Polynomial
 
+    def __post_init__(self) -> None:
+        if max(_size(self.over), _size(self.under)) > 1:
+            raise ValueError
+
     @staticmethod
     def of(x: Number) -> Quotient:
         """A function as it is, a number exactly."""
@@ -269,7 +275,8 @@ class Quotient:
     def __pow__(self, exponent: Number) -> Quotient:
         number = Quotient.of(exponent)
         power = number.over / number.under
-        if power.q != 1 or abs(power) > MOST_DEGREE:
+        size = max(map(_size, (self.over, self.under)))
+        if power.q != 1 or abs(power) * size > 1:
             raise ValueError
         if power < 0:
             return (1 / self) ** -int(power)
@@ -277,6 +284,13 @@ class Quotient:
 
     __radd__ = __add__
     __rmul__ = __mul__
+
+
+def _size(x: Polynomial) -> Any:
+    """Of a polynomial its degree, of a number its bits: a share of the most that may be."""
+    if isinstance(x, flint.fmpq):
+        return flint.fmpq(x.height_bits(), MOST_BITS)
+    return flint.fmpq(x.total_degree(), MOST_DEGREE)
 
 
 def _determinant(rows: list[list[Polynomial]]) -> Polynomial:

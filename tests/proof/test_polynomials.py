@@ -100,6 +100,27 @@ def test_other_factors_are_declined(factor):
     assert ExactRange.of(with_friction(factor), 0.5, 2.0) is None
 
 
+@pytest.mark.parametrize(
+    "factor",
+    [
+        lambda mu: (((((mu + 1) ** 8) ** 8) ** 8) ** 8) ** 4 - 1.01,
+        lambda mu: ((1 / (mu + 1)) ** 4) ** 4,
+        lambda mu: (mu * mu * mu) ** 3,
+        lambda mu: mu * (mu.of(10) ** 10) ** 10**9,
+        lambda mu: mu * (((mu.of(3) ** 999) ** 999) ** 999),
+    ],
+)
+def test_a_large_power_is_declined_before_it_is_computed(factor):
+    assert ExactRange.of(with_friction(factor), 0.0, 1e-4) is None
+
+
+@pytest.mark.parametrize(("base", "power"), [(10, 9), (2, 10), (0.5, -20), (10, 12)])
+def test_a_large_power_of_a_number_is_a_number(base, power):
+    """Flutter up to mu = 1 - base^-power."""
+    found = changes(with_friction(lambda mu: (1 - mu) * mu.of(base) ** power), high=1.0)
+    assert found == [(pytest.approx(1 - float(base) ** -power, rel=1e-14), -2)]
+
+
 def rational(rng):
     """A rational function of small integers without a pole from 0 to 2, and its values."""
     a, b, c, d, e = rng.integers(-3, 4, 5).tolist()
