@@ -73,14 +73,15 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     may_change[~damped] = _errors_may_change_undamped(A[~damped], errors[~damped])
     may_change[damped] = damped_verdicts(A[damped], B[damped], shares[damped]) == MARGINAL
     # a pair and a real root may grow equally fast, unless their rates differ by more than errors
-    # move a double root of the scaled matrix. The determinant is negative if one real root grows
-    diverges = np.linalg.det(A) < 0.0
-    matrices, _ = first_order(A[diverges], B[diverges])
+    # move a triple root of the scaled matrix. An undamped pair and root grow only with a negative
+    # determinant, a damped pair beside two real roots with a positive one, too
+    may_tie = damped | (np.linalg.det(A) < 0.0)
+    matrices, _ = first_order(A[may_tie], B[may_tie])
     values = np.linalg.eigvals(matrices)
     of_reals = np.where(values.imag == 0.0, values.real, 0.0).max(axis=1)
     of_pairs = np.where(values.imag != 0.0, values.real, 0.0).max(axis=1)
-    are_equal = np.abs(of_pairs - of_reals) <= np.sqrt(shares[diverges])
-    may_change[diverges] |= (of_pairs > 0.0) & are_equal
+    are_equal = np.abs(of_pairs - of_reals) <= np.cbrt(shares[may_tie])
+    may_change[may_tie] |= (of_pairs > 0.0) & (of_reals > 0.0) & are_equal
     return may_change
 
 

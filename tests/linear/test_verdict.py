@@ -262,8 +262,23 @@ def test_errors_may_change_which_instability_is_the_faster(damping, seed):
     changed = A + errors * rng.choice([-1.0, 1.0], (100, 3, 3))
     assert {kind_of_fastest(X, B) for X in changed} == {"flutter", "divergence"}
     assert errors_may_change(A[None], B[None], errors[None]).all()
-    for ratio in (0.9, 0.999, 1.001, 1.1):
+    for ratio in (0.9, 0.99, 1.01, 1.1):
         A, B = pair_and_real_root(ratio, damping, seed)
         changed = A + errors * rng.choice([-1.0, 1.0], (100, 3, 3))
         assert {kind_of_fastest(X, B) for X in changed} == {kind_of_fastest(A, B)}
         assert not errors_may_change(A[None], B[None], errors[None]).any()
+
+
+@pytest.mark.parametrize(
+    ("A", "B", "is_open"),
+    [
+        # roots 1.5 +- 2i beside 1 and 1.5: the determinant is positive
+        (np.diag([1.5, 6.25, 1.0]), np.diag([-2.5, -3.0, 1.0]), True),
+        (np.diag([1.5, 5.6, 1.0]), np.diag([-2.5, -2.5, 1.0]), False),
+        # a triple root, which moves by the cube root of the error
+        (-np.array([[1.0, 1.0, 0.0], [0.0, 1.0, 1.0], [5e-12, 0.0, 1.0]]), 0.3 * np.eye(3), True),
+    ],
+)
+def test_a_tie_is_open_beside_a_second_real_root_and_at_a_triple_one(A, B, is_open):
+    errors = 1e-11 * np.abs(A) + 1e-11 * np.eye(3)[[1, 2, 0]].T * (A[0, 1] != 0.0)
+    assert errors_may_change(A[None], B[None], errors[None]).tolist() == [is_open]
