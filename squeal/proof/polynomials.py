@@ -237,10 +237,6 @@ class Quotient:
     over: Polynomial
     under: Polynomial
 
-    def __post_init__(self) -> None:
-        if max(_size(self.over), _size(self.under)) > 1:
-            raise ValueError
-
     @staticmethod
     def of(x: Number) -> Quotient:
         """A function as it is, a number exactly."""
@@ -275,8 +271,8 @@ class Quotient:
     def __pow__(self, exponent: Number) -> Quotient:
         number = Quotient.of(exponent)
         power = number.over / number.under
-        size = max(map(_size, (self.over, self.under)))
-        if power.q != 1 or abs(power) * size > 1:
+        size = max(_size(self.over), _size(self.under))
+        if power.q != 1 or abs(int(power)) * size > 1.0:
             raise ValueError
         if power < 0:
             return (1 / self) ** -int(power)
@@ -286,11 +282,11 @@ class Quotient:
     __rmul__ = __mul__
 
 
-def _size(x: Polynomial) -> Any:
-    """Of a polynomial its degree, of a number its bits: a share of the most that may be."""
+def _size(x: Polynomial) -> float:
+    """The degree of a polynomial, or the bits of a number, as a share of the most."""
     if isinstance(x, flint.fmpq):
-        return flint.fmpq(x.height_bits(), MOST_BITS)
-    return flint.fmpq(x.total_degree(), MOST_DEGREE)
+        return float(x.height_bits()) / MOST_BITS
+    return float(x.total_degree()) / MOST_DEGREE
 
 
 def _determinant(rows: list[list[Polynomial]]) -> Polynomial:
