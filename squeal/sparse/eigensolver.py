@@ -576,9 +576,10 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
     body has two roots at zero, which count as two modes. The disc ends halfway to the next root, so
     that roots of equal |lambda| are in it together; a count certifies it.
 
-    One Krylov subspace around zero comes first. Where it does not reach far enough or misses roots,
-    all roots are computed if there are few rows, and otherwise those in growing squares around
-    zero. Raises ComputationError if there is no root.
+    One Krylov subspace around zero comes first. Where it does not reach far enough or no count
+    confirms its roots, all roots are computed if there are few rows; of more rows, if it does not
+    reach or misses roots, those in growing squares around zero. Raises ComputationError if there is
+    no root.
     """
     scale = _lowest_frequency_scale(problem)
     # not zero, where P is singular if a rigid body is free; but small beside the lowest roots: a
@@ -597,7 +598,14 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
     for attempt in range(MOST_ATTEMPTS):
         rough = rough_roots_near(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, rough.vectors, dropped=1e-6)
-        sizes = _sizes_of_modes(problem, rough.values)
+        values = rough.values
+        is_slow = np.abs(values) < shift
+        if np.any(np.abs(values[is_slow]) > _rigid_limit(problem)):  # perhaps zeros, roughly
+            slow = corrected_roots(problem, rough.factor, basis, Disc(shift))
+            if slow is None:
+                continue
+            values = np.append(slow.values, values[~is_slow])
+        sizes = _sizes_of_modes(problem, values)
         largest = max(largest, float(np.max(sizes[:modes], initial=0.0)))
         reach = rough.reach - shift  # from zero
         reached = sizes[sizes < reach]
@@ -610,7 +618,8 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         if roots is None:
             continue
         count = _count_in_disc(problem, region, roots, rough) if certify else None
-        if count is None or count <= len(roots.values):  # else the count shows missing roots
+        is_open = count is None and (not certify or problem.n > DENSE_ROWS)
+        if is_open or count == len(roots.values):  # else the count shows missing or false roots
             return Modes(eigenvalues_of(problem, roots), region, count, roots)
     if problem.n <= DENSE_ROWS:
         return _lowest_of_all(problem, modes, certify)

@@ -111,6 +111,29 @@ def test_all_rigid_bodies_are_listed_whatever_number_of_modes_is_wanted(modes):
     assert upper(found) == pytest.approx(elastic[: 4 * (modes > 8)], rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("free", "elastic", "modes"),
+    [
+        (8, [3.0, 5.0], 11),
+        (12, [3.0, 5.0], 3),
+        (2, [0.1, 100.0], 1),
+        (20, np.linspace(1.0, 7.0, 280), 3),
+    ],
+)
+@pytest.mark.parametrize("seed", [None, 0, 1])
+def test_no_part_of_the_free_motions_is_listed_for_all(free, elastic, modes, seed):
+    """Two zeros of each free motion, and a disc that ends about halfway to the elastic modes."""
+    n = free + len(elastic)
+    K = np.diag(np.r_[np.zeros(free), np.square(elastic)])
+    if seed is not None:
+        Q = np.linalg.qr(np.random.default_rng(seed).standard_normal((n, n)))[0]
+        K = Q @ K @ Q.T
+    found = lowest_modes(scaled_problem(np.eye(n), None, K), modes)
+    assert found.certified
+    assert found.values.tolist() == 2 * free * [0.0]
+    assert 0.3 * elastic[0] < found.region.radius < 0.7 * elastic[0]
+
+
 @pytest.mark.parametrize(("rows", "loss"), [(9, 0.05), (9, 0.0), (20, 0.0)])
 def test_a_subspace_may_hold_all_modes(rows, loss):
     """More modes are wanted than there are: a chain, sqrt(1 + 0.05 i) 2 sin of known angles."""
