@@ -409,16 +409,11 @@ def _moves_alone(problem: ScaledProblem, right: ComplexArray) -> Bools:
     Without damping x is a left vector too, and a defective root has x^H M x = 0. Roots of vectors
     with mass move as those of a Hermitian matrix, however close others lie (Weyl).
     """
-    mass, damping, stiffness = problem.norms
-    mass_asymmetry = norm_of(problem.M - problem.M.conj().T)
-    stiffness_asymmetry = norm_of(problem.K - problem.K.conj().T)
-    is_hermitian = (
-        damping == 0.0
-        and mass_asymmetry <= LEAST_BACKWARD_ERROR * mass
-        and stiffness_asymmetry <= LEAST_BACKWARD_ERROR * stiffness
-    )
+    asymmetry = norm_of(problem.M - problem.M.conj().T) / divisor(problem.norms[0])
+    asymmetry += norm_of(problem.K - problem.K.conj().T) / divisor(problem.norms[2])
+    is_hermitian = problem.norms[1] == 0.0 and asymmetry <= LEAST_BACKWARD_ERROR
     masses = np.sum(right.conj() * multiply(problem.M, right), axis=0).real
-    return is_hermitian & (masses > MIXED * mass * np.linalg.norm(right, axis=0) ** 2)
+    return is_hermitian & (masses > MIXED * problem.norms[0] * np.linalg.norm(right, axis=0) ** 2)
 
 
 def _rounding_in_groups(values: ComplexArray, rounding: Array, reach: Array) -> Array:
