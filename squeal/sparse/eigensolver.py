@@ -600,7 +600,7 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         basis = enlarged(basis, rough.vectors, dropped=1e-6)
         values = rough.values
         is_slow = np.abs(values) < shift
-        if np.any(np.abs(values[is_slow]) > _rigid_limit(problem)):  # perhaps zeros, roughly
+        if np.any(is_slow):  # zeros of free motions are too rough to tell from slow modes
             slow = corrected_roots(problem, rough.factor, basis, Disc(shift))
             if slow is None:
                 continue
