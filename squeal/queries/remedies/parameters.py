@@ -116,7 +116,7 @@ class Bound(Effect):
     Attributes
     ----------
     below : str
-        That value, rounded down.
+        The lower end of the interval that holds the loss of stability, rounded down.
     change : Change
         From the present value to `below`.
     take : Change
@@ -208,8 +208,9 @@ def keep_below(brake: Brake, outside: Thresholds | None) -> Bound | None:
     if outside is not None and outside.verdict not in GROWING and outside.first is not None:
         lost = min(first, outside.first, key=lambda point: point.mu)
     present = Change(spectrum.parameter, value, value / 100.0, "%", 0.0, unit_of(losses.source))
-    below = rounded(lost.mu, 4, math.floor)
-    with_margin = rounded(lost.mu / IN_HAND, 4, math.floor)
+    lowest, _ = lost.interval  # stability may be lost from here on
+    below = rounded(lowest, 4, math.floor)
+    with_margin = rounded(lowest / IN_HAND, 4, math.floor)
     change = present.of(100.0 * (float(below) / value - 1.0))
     take = present.of(100.0 * (float(with_margin) / value - 1.0))
     if abs(take.count) > NO_WAY:

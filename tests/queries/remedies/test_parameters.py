@@ -164,3 +164,15 @@ def test_a_window_that_no_sample_shows_asks_for_a_larger_change():
         friction = scipy.linalg.block_diag(8.0 * mu * SKEW, window * SKEW)
         roots = roots_of(np.eye(4), C, K["1"] + remedy.take.after * K["s"] + friction)
         assert roots.real.max() < 0.0
+
+
+def test_the_value_to_keep_below_is_not_above_the_interval_of_the_loss():
+    """Damping (1.037 - mu)^3, multiplied out: rounding leaves its zero open by 8e-4."""
+    p = 1.037
+    cube = f"{p**3} - {3 * p**2}*mu + {3 * p}*mu**2 - mu**3"
+    system = squeal.System([[1.0]], {cube: [[1.0]]}, [[4.0]], parameters={"mu": 1.5})
+    report = squeal.report(system)
+    lower_end, upper_end = report.thresholds.first.interval
+    assert lower_end < p < upper_end
+    assert float(report.bound.below) <= lower_end
+    assert f"eep mu below {report.bound.below}" in report.advice
