@@ -11,8 +11,10 @@ import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.examples.brake import solid_brake, write_brake
-from squeal.proof.large import BEYOND_CORE
+from squeal.proof.large import BEYOND_CORE, prove_band
+from squeal.proof.pieces import Side
 from squeal.queries.systems.roots import system_roots
+from tests.proof.test_large import FLUTTER, known_roots, two_chains
 
 BAND = (500.0, 8000.0)
 
@@ -58,6 +60,42 @@ def test_a_wrong_list_is_not_certified(system, monkeypatch):
     assert not answer.certified
     assert answer.proof["status"] == "open"
     assert answer.proof["reason"] == "the referee disagrees: a root is missing"
+
+
+@pytest.mark.parametrize(("side", "verdict"), [("unknown", "flutter"), ("decays", None)])
+def test_a_verdict_of_growth_stays_unless_the_proof_refutes_it(side, verdict, monkeypatch):
+    """Chains of known growth with pieces made wider, by 10 1/s, than their growth; and with pieces
+    of growing modes that claim these to decay."""
+    M, K = two_chains(FLUTTER)
+    band = (40.0 / (2 * np.pi), 200.0 / (2 * np.pi))
+
+    def wider(*given, **more):
+        proof = prove_band(*given, **more)
+        pieces = []
+        for piece in proof.pieces:
+            high = piece.high + 10.0
+            side_of_piece: Side = "unknown"
+            if side == "decays" and piece.side == "grows":
+                side_of_piece = "decays"
+                high = -1e-3
+            wide = piece.radii + 10.0
+            low = piece.low - 10.0
+            pieces.append(replace(piece, radii=wide, low=low, high=high, side=side_of_piece))
+        return replace(proof, pieces=tuple(pieces))
+
+    monkeypatch.setattr("squeal.proof.bands.prove_band", wider)
+    counted = squeal.eigenvalues(squeal.System(M, K=K), band=band)
+    asked = squeal.eigenvalues(squeal.System(M, K=K), band=band, prove=True)
+    roots = known_roots(FLUTTER)
+    growth = roots.real[(roots.imag > 40.0) & (roots.imag < 200.0)].max()
+    assert counted.verdict == "flutter"
+    assert counted.unstable[0].growth_rate == pytest.approx(growth, rel=1e-6)
+    assert asked.verdict == verdict
+    assert asked.certified
+    assert asked.proof["status"] == "counted"
+    bound = "exceeds the growth; a narrower band may be proved"
+    assert asked.notes[-1].endswith(bound) == (side == "unknown")
+    assert bool(asked.unstable) == (side == "unknown")
 
 
 def test_what_has_no_proof_is_refused(system):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
@@ -13,6 +14,9 @@ from squeal.queries.systems.proofs import Statement, as_complex, with_matches
 from squeal.queries.systems.roots import SystemRoots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
+
+if TYPE_CHECKING:
+    from squeal.proof.referee import Proof
 
 ALLOWED = "above 400 rows the modes of a band of real matrices can be proved"
 
@@ -24,8 +28,8 @@ def with_band_proof(
 
     A list that is proved or refuted gets the referee's statement in place of the count. A list that
     is left open keeps the count, and a note says why nothing is proved. Its verdict, if it was
-    growth, becomes open where the referee encloses the modes and proves none to grow. Raises
-    InputError for systems of which the referee proves nothing.
+    growth, becomes open only if the referee proves of each mode listed as growing that it does not
+    grow. Raises InputError for systems of which the referee proves nothing.
     """
     from squeal.proof.bands import prove_modes
 
@@ -39,12 +43,7 @@ def with_band_proof(
     growth_limit = math.inf if roots.growth_limit is None else roots.growth_limit
     proof = prove_modes(*system.at(), values, low, high, rate=growth_limit)
     if proof.status == "open":
-        noted = replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
-        proved_to_grow = any(piece.side == "grows" for piece in proof.pieces)
-        # the pieces are the enclosures: where none was made the computed verdict is not touched
-        if not proof.pieces or roots.verdict not in GROWING or proved_to_grow:
-            return noted
-        return replace(noted, verdict=None, criterion=f"{OPEN}{proof.reason}")
+        return _left_open(roots, proof)
     if proof.status == "refuted":
         reason = f"the referee disagrees: {proof.reason}"
         where = as_complex(proof.where)
@@ -53,3 +52,28 @@ def with_band_proof(
     eigenvalues = with_matches(roots.eigenvalues, proof.matches)
     statement = Statement("proved", proof.by, growth_below=proof.growth_below, data=proof.data)
     return replace(roots, eigenvalues=eigenvalues, judged_by=statement)
+
+
+def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
+    """The modes with the verdict of their count, and why the referee leaves them open.
+
+    Growth of which it encloses every mode and proves that none grows has no verdict.
+    """
+    reason = proof.reason
+    sides = set()  # of the modes that are listed as growing
+    bounds = [0.0]  # how far such a mode may lie off where its growth is not proved, 1/s
+    for root, pieces in zip(roots.eigenvalues, proof.matches, strict=bool(proof.matches)):
+        if root.kind not in GROWING:
+            continue
+        for piece in pieces:
+            sides.add(piece.side)
+            if piece.side == "unknown":
+                bounds.append(piece.distance_bound(root.value))
+    if "unknown" in sides:
+        reason = f"the bound of this band ({max(bounds):.3g} 1/s) exceeds the growth; "
+        reason += "a narrower band may be proved"
+    noted = replace(roots, notes=(*roots.notes, f"not proved: {reason}"))
+    if not sides or sides & {"grows", "unknown"}:
+        return noted
+    eigenvalues = with_matches(roots.eigenvalues, proof.matches)
+    return replace(noted, eigenvalues=eigenvalues, verdict=None, criterion=f"{OPEN}{reason}")
