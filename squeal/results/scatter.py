@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, picked
+from squeal.linear.verdicts import ACCEPTED
 from squeal.results.columns import parameter_heading
 from squeal.schema import instance
 
@@ -159,15 +160,21 @@ class Scatter(Answer):
     stable: float
     interval: tuple[float, float]
     indices: tuple[Index, ...] = ()
-    basis: Mapping[str, object] | None = None
+    basis: Mapping[str, Any] | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
-        """How many samples could not be computed, if any."""
-        if not self.failed:
-            return ()
-        count = f"{self.failed} of {self.samples} samples could not be computed"
-        return (f"{count}; the quantiles are those of the others",)
+        """How many samples could not be computed, and whether a root of a basis is unsolved."""
+        lines = []
+        if self.failed:
+            count = f"{self.failed} of {self.samples} samples could not be computed"
+            lines.append(f"{count}; the quantiles are those of the others")
+        if self.basis is not None and self.basis["residual"] > ACCEPTED:
+            residual = f"{self.basis['residual']:.2g} exceeds {ACCEPTED:g}"
+            lines.append(
+                f"scatter: the worst residual of a root {residual}; narrow the ranges or the band"
+            )
+        return tuple(lines)
 
     @property
     def values(self) -> NDArray[np.float64]:

@@ -331,3 +331,12 @@ def test_thresholds_over_a_parameter_with_the_name_of_a_column_keep_their_own(na
     samples = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=8, high=1.0)
     for row in samples.to_records():
         assert row[f"parameter.{name}"] == pytest.approx(abs(row["a"] - 2.0) / 2.0)
+
+
+@pytest.mark.parametrize(("residual", "lines"), [(1e-7, 0), (7e-5, 1)])
+def test_an_unsolved_root_on_a_basis_is_warned_of(residual, lines):
+    system = squeal.System([[1.0]], [[0.1]], {"k": [[4.0]]}, parameters={"k": 1.0})
+    answer = squeal.scatter(system, {"k": {"relative": 0.1}}, samples=8, of="growth")
+    on_basis = replace(answer, basis={"residual": residual})
+    assert len(on_basis.warnings) == lines
+    assert all("7e-05 exceeds 1e-06" in line for line in on_basis.warnings)
