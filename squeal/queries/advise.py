@@ -152,7 +152,7 @@ class Advice(Answer):
             if change < 0.0:
                 text += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
         if self.first_order:
-            text += "; to first order in the change"
+            text += "; to first order in the change (`squeal thresholds --set` computes one)"
         return text
 
     def parts(self) -> Sequence[str | Table]:
