@@ -170,10 +170,8 @@ class Scatter(Answer):
             count = f"{self.failed} of {self.samples} samples could not be computed"
             lines.append(f"{count}; the quantiles are those of the others")
         if self.basis is not None and self.basis["residual"] > ACCEPTED:
-            residual = f"{self.basis['residual']:.2g} exceeds {ACCEPTED:g}"
-            lines.append(
-                f"scatter: the worst residual of a root {residual}; narrow the ranges or the band"
-            )
+            limit = f"the worst residual of a root exceeds {ACCEPTED:g}"
+            lines.append(f"{limit}; narrow the ranges or the band")
         return tuple(lines)
 
     @property

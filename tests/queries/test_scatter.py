@@ -339,4 +339,4 @@ def test_an_unsolved_root_on_a_basis_is_warned_of(residual, lines):
     answer = squeal.scatter(system, {"k": {"relative": 0.1}}, samples=8, of="growth")
     on_basis = replace(answer, basis={"residual": residual})
     assert len(on_basis.warnings) == lines
-    assert all("7e-05 exceeds 1e-06" in line for line in on_basis.warnings)
+    assert all("exceeds 1e-06" in line for line in on_basis.warnings)

@@ -59,18 +59,17 @@ def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
 
     Growth of which it encloses every mode and proves that none grows has no verdict.
     """
-    reason = proof.reason
     sides = set()  # of the modes that are listed as growing
-    bounds = [0.0]  # how far such a mode may lie off where its growth is not proved, 1/s
-    for root, pieces in zip(roots.eigenvalues, proof.matches, strict=bool(proof.matches)):
-        if root.kind not in GROWING:
-            continue
-        for piece in pieces:
+    bound = 0.0  # how far a mode may lie off whose growth is not proved, 1/s
+    # without enclosures there are no matches
+    for root, (piece,) in zip(roots.eigenvalues, proof.matches, strict=False):
+        if root.kind in GROWING:
             sides.add(piece.side)
             if piece.side == "unknown":
-                bounds.append(piece.distance_bound(root.value))
-    if "unknown" in sides:
-        reason = f"the bound of this band ({max(bounds):.3g} 1/s) exceeds the growth; "
+                bound = max(bound, piece.distance_bound(root.value))
+    reason = proof.reason
+    if bound:
+        reason = f"the bound of this band ({bound:.3g} 1/s) exceeds the growth; "
         reason += "a narrower band may be proved"
     noted = replace(roots, notes=(*roots.notes, f"not proved: {reason}"))
     if not sides or sides & {"grows", "unknown"}:
