@@ -72,7 +72,7 @@ def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
         reason = f"the bound of this band ({bound:.3g} 1/s) exceeds the growth; "
         reason += "a narrower band may be proved"
     noted = replace(roots, notes=(*roots.notes, f"not proved: {reason}"))
-    if not sides or sides & {"grows", "unknown"}:
+    if bound or "grows" in sides or not sides:
         return noted
-    eigenvalues = with_matches(roots.eigenvalues, proof.matches)
-    return replace(noted, eigenvalues=eigenvalues, verdict=None, criterion=f"{OPEN}{reason}")
+    decaying = with_matches(roots.eigenvalues, proof.matches)
+    return replace(noted, eigenvalues=decaying, verdict=None, criterion=f"{OPEN}{reason}")
