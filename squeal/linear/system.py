@@ -267,6 +267,7 @@ class System:
             if from_terms:  # these are taken with all their rows
                 return
             reduced, supports = without_supports(self)
+        self.warn_of_unused_parameters(Place("System", "parameters"), parameters or {})
         if supports.size:
             Place("System", "K").warn(supports_warning(supports, self.labels))
             vars(self).update(vars(reduced))
@@ -285,6 +286,20 @@ class System:
             vars(self)["follows"] = tuple(without_value)
             values |= self.frequency(omega=None)
         vars(self)["parameters"] = MappingProxyType(values)
+
+    def warn_of_unused_parameters(self, at: Place, given: Mapping[str, float]) -> None:
+        """Warn of given parameters but the free one that enter no matrix: most are misspelt.
+
+        at: where they are given, for the message.
+        """
+        unused = sorted(given.keys() - self.names - {self.parameter})
+        if not unused:
+            return
+        verb = "enter" if unused[1:] else "enters"
+        words = f"{', '.join(unused)} {verb} no matrix"
+        if self.parameter in self.names - given.keys() - {*self.follows}:
+            words += f"; {self.parameter} is not given, 0 is taken"
+        at.warn(words)
 
     def _check_terms(self) -> None:
         """Refuse matrices of different shapes and factors without a value. Raises InputError."""

@@ -18,14 +18,14 @@ from squeal.queries.systems.matrices import write_system
 M = np.array([[2.0, 0.5], [0.5, 1.0]])
 A = np.array([[9.0, -1.0], [-1.0, 8.0]])
 B = np.array([[4.0, 1.0], [1.0, 3.0]])
-HEAD = "parameters: {lining: 1.5}\nM: {file: m.mtx}\n"
+HEAD = "parameters: {lining: 1.5}\nM: [{file: m.mtx}, {file: zero.mtx, factor: lining}]\n"
 TABLE = "frequency,storage,loss\n100,1.0,0.1\n1000,1.2,0.1\n3000,1.3,0.05\n"
 
 
 @pytest.fixture
 def read(tmp_path):
     matrices = {"m": M, "a": A, "b": B, "eta": 0.1 * B, "complex": A + 0.05j * A}
-    matrices |= {"once": A + B, "twice": A + 2 * B}
+    matrices |= {"zero": 0.0 * M, "once": A + B, "twice": A + 2 * B}
     for name, matrix in matrices.items():
         mmwrite(tmp_path / f"{name}.mtx", csc_array(matrix))
 

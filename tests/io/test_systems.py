@@ -235,3 +235,19 @@ def test_supports_by_penalties_are_left_out_with_a_warning(tmp_path, read):
         file = read(f"{text}coordinates: {{file: nodes.csv}}\n")
     assert file.system.at()[2].tolist() == [[9, -1], [-1, 7]]
     assert file.coordinates.displacements(np.array([1.0, 2.0])).tolist() == [[1, 0, 0], [0, 0, 2]]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ("mju: 0.45", "parameters: mju enters no matrix; mu is not given, 0 is taken"),
+        ("mju: 0.45, lining: 2", "lining, mju enter no matrix; mu is not given, 0 is taken"),
+        ("mu: 0.45, lining: 2", "parameters: lining enters no matrix$"),
+    ],
+)
+def test_a_parameter_that_enters_no_matrix_is_named(read, parameters, words):
+    text = "M: {file: m.mtx}\nK: [{file: k0.mtx}, {file: k1.mtx, factor: mu}]\n"
+    with pytest.warns(InputWarning, match=words):
+        read(text + f"parameters: {{{parameters}}}\n")
+    with pytest.warns(InputWarning, match="System: parameters: mju enters no matrix; mu is not"):
+        squeal.System(M, K={"1": K0, "mu": K1}, parameters={"mju": 0.4})
