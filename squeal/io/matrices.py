@@ -266,6 +266,11 @@ def _complete(
         return matrix, False
     if declared:
         if half:
+            if symmetric and not has_internal_nodes(file.labels) and _lacks_diagonal(matrix):
+                at.warn(
+                    "entries stand in rows whose diagonal is empty, as in a matrix of friction, "
+                    "and each is taken for both (symmetric: false beside the file says otherwise)"
+                )
             return mirror_half(matrix), False
         if abs(matrix - matrix.T).max() > 0.0:
             raise InputError("is not symmetric; symmetric: true is not allowed")
@@ -334,6 +339,16 @@ def negative_pivots(matrix: csc_array) -> int:
     except RuntimeError:  # exactly singular: a row without stiffness says nothing
         return 0
     return int(np.count_nonzero(factors.U.diagonal() < 0.0))
+
+
+def _lacks_diagonal(matrix: csc_array) -> bool:
+    """True if an entry beside the diagonal stands in a row or column without an entry on it.
+
+    No positive semidefinite matrix, thus no stiffness or mass of a structure, has such an entry.
+    """
+    rows, columns = matrix.tocoo().coords
+    is_empty = matrix.diagonal() == 0.0
+    return bool(np.any(is_empty[rows] | is_empty[columns]))
 
 
 def _is_symmetric_triangle(matrix: csc_array, nodes: NDArray) -> bool:

@@ -257,6 +257,24 @@ def test_one_sided_friction_is_not_mirrored(read, text):
     assert np.array_equal(both, np.transpose(both))
 
 
+@pytest.mark.parametrize(
+    "entries",
+    [
+        [[0.0, 0.4, 0.0], [0.0, 0.0, 0.0], [0.0, -0.4, 0.0]],  # in both triangles
+        [[0.0, 0.0, 0.0], [0.4, 0.0, 0.0], [0.0, 0.0, 0.0]],  # in one
+        [[0.0, 0.4, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 0.0]],  # beside a diagonal with gaps
+    ],
+)
+def test_friction_that_the_user_calls_symmetric_is_mirrored_with_a_warning(tmp_path, entries):
+    """A semidefinite matrix has no entry in a row whose diagonal is empty."""
+    np.save(tmp_path / "K.npy", np.array(entries))
+    with pytest.warns(InputWarning, match=r"K.npy: .*diagonal is empty.*symmetric: false"):
+        read_matrix(tmp_path / "K.npy", symmetric=True)
+    assert np.array_equal(
+        read_matrix(tmp_path / "K.npy", symmetric=False).matrix.toarray(), entries
+    )
+
+
 @pytest.mark.parametrize("suffix", [".mtx", ".npy", ".mat"])
 @pytest.mark.parametrize("triangle", [np.tril, np.triu])
 def test_a_triangle_that_is_said_to_be_all_is_read_with_a_warning(tmp_path, suffix, triangle):
