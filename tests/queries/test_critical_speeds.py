@@ -193,6 +193,22 @@ def roundness(x, y):
     return 2.0 * (x * y.conj()).imag / (abs(x) ** 2 + abs(y) ** 2)
 
 
+BAD_ORDERS = ("0", "3:1", "0:2", "1:1e9", "1:2:3", "1:2,3", "nan:2")
+
+
+@pytest.mark.parametrize(
+    ("typed", "orders"),
+    [("1:3", [1, 2, 3]), ("2", [2]), ("0.5,1,3", [0.5, 1, 3]), ("2:2", [2]), ("0.5:2", [0.5, 1.5])],
+)
+def test_orders_are_a_list_or_a_range(tmp_path, capsys, typed, orders):
+    (tmp_path / "mass.yaml").write_text(
+        "parameter: speed\nM: [[1]]\nK: [[4]]\nC: [{matrix: [[1]], factor: speed}]\n"
+    )
+    command = ["critical-speeds", str(tmp_path / "mass.yaml"), "--max", "9", "--orders", typed]
+    assert main([*command, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["orders"] == orders
+
+
 def test_the_command_prints_and_draws_and_refuses(tmp_path, capsys):
     text = (
         "parameter: speed\nM: [[1, 0], [0, 1]]\nC: [{matrix: [[0, 2], [-2, 0]], factor: speed}]\n"
@@ -206,7 +222,7 @@ def test_the_command_prints_and_draws_and_refuses(tmp_path, capsys):
     # n^2 W^2 + 2 n W^2 = 12, and forward whirl at order 2 is met where 4 - 4 = 0: never
     assert [row["speed"] for row in rows] == pytest.approx([np.sqrt(1.5), 2.0])
     assert "<svg" in figure.read_text()
-    for wrong in (["--max", "0"], ["--max", "5", "--orders", "0"], []):
+    for wrong in (["--max", "0"], *(["--max", "5", "--orders", text] for text in BAD_ORDERS), []):
         assert main(["critical-speeds", file, *wrong]) == 2
     with pytest.raises(InputError, match="real matrices"):
         squeal.critical_speeds(squeal.System([[1.0]], K=[[1.0 + 1j]]), 2.0)
