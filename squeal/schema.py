@@ -378,7 +378,7 @@ def _parsed(text: str) -> Value:
     try:
         node = yaml.compose(text, Loader=_Loader)
         if node is None:
-            raise _refused("there is none", None)
+            raise _refused("the file is empty", None)
         return _value(node, iter(range(max(len(text), MOST))))
     except RecursionError:
         raise _refused("nested too deeply", None) from None
