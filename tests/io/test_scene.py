@@ -149,7 +149,8 @@ TIMES = [
 ]
 # whole files
 FILES = [
-    *((content,) for content in (b"", b"[1, 2]", b"just words", b"a: &a [*a]\n", b"# comment\n")),
+    *((content, "the file is empty") for content in (b"", b"\n", b"# comment\n")),
+    *((content,) for content in (b"[1, 2]", b"just words", b"a: &a [*a]\n")),
     *((content, "UTF-8") for content in (b"model: \xe9\n", text().encode("utf-16"))),
     (text().replace("m: 1.0", "m: 1.0\n  m: 2.0"), "line 4", "m"),
     (text().replace("parameters:", "parameters:\n  <<: {m: 1}"), "<<"),
