@@ -203,6 +203,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     clearly_vibrating = vibrating[vibrating > noise]
     lowest_hz = math.sqrt(clearly_vibrating[0]) / (2 * np.pi) if clearly_vibrating.size else None
     hints = _hints_of_units(mass, largest_size, lowest_hz)
+    hints += _hints_of_halves(system)
     if reason:
         hints.append(f"no real modes were computed: {reason}")
     if is_slow.any():
@@ -416,6 +417,31 @@ def _half_ulps(X: Matrix) -> csc_array:
     """Half a unit in the last place of each entry (n, n)."""
     size = abs(csc_array(X))
     return csc_array((np.spacing(size.data) / 2, size.indices, size.indptr), shape=size.shape)
+
+
+def _hints_of_halves(system: TermSystem) -> list[str]:
+    """Which terms of K look like a half, or a part, of a symmetric matrix, in sentences.
+
+    Their diagonal is positive, the free parameter does not multiply them, and most entries beside
+    the diagonal have none on the other side of it. Friction leaves few of these in a stiffness.
+    """
+    hints = []
+    for place, term in enumerate(system.K, 1):
+        entries = csc_array(term.matrix)
+        diagonal = entries.diagonal().real
+        is_friction = system.parameter in term.factor.names
+        if is_friction or diagonal.min() < 0.0 or not diagonal.any():
+            continue
+        is_entry = entries != 0
+        paired = is_entry.multiply(is_entry.T).nnz
+        on_diagonal = np.count_nonzero(diagonal)
+        alone = is_entry.nnz - paired
+        if alone > paired - on_diagonal:
+            hints.append(
+                f"K.{place}: {alone} entries have none on the other side of the diagonal, as in a "
+                "part of a symmetric matrix"
+            )
+    return hints
 
 
 def _hints_of_units(mass: float | None, size: float | None, lowest_hz: float | None) -> list[str]:

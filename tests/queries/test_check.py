@@ -249,3 +249,16 @@ def test_nearly_all_modes_of_a_large_system_are_given(modes):
     system = squeal.System(eye_array(402), K=diags_array(frequencies**2))
     found = 2 * np.pi * np.array(squeal.check(system, modes=modes).frequencies_hz)
     assert found == pytest.approx(frequencies[:modes], rel=1e-9)
+
+
+@pytest.mark.parametrize(("factor", "is_named"), [("1", True), ("lining", True), ("mu", False)])
+def test_a_stiffness_of_which_a_part_is_given_is_named(factor, is_named):
+    K = np.diag(np.full(6, 2.0)) - np.eye(6, k=1) - np.eye(6, k=-1)
+    values = {"lining": 1.0} if factor == "lining" else None
+    part = np.tril(K)
+    part[0, 1] = -1.0  # a pair is left
+    for matrix, alone in ((np.tril(K), 5), (part, 4), (K, 0), (K + 0.1 * np.eye(6, k=3), 0)):
+        terms = {factor: matrix} if factor != "mu" else {"1": K, "mu": matrix}
+        hints = "; ".join(squeal.check(squeal.System(np.eye(6), K=terms, parameters=values)).hints)
+        assert (f"K.1: {alone} entries have none" in hints) == (is_named and alone > 0)
+        assert ("have none" in hints) == (is_named and alone > 0)
