@@ -6,7 +6,6 @@ squeal critical-speeds rotor.yaml --max 900 --orders 1:2 --band 10:1000
 """
 
 import argparse
-import math
 
 import numpy as np
 
@@ -15,20 +14,11 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import NUMBER, add_option, numbers, take, take_files, write_files
 from squeal.errors import InputError
 
-ALLOWED = "numbers above 0, such as 0.5,1,2, or a range LOW:HIGH of up to 100, such as 1:3"
-LISTED = numbers(ALLOWED, lambda *orders: min(orders) > 0.0)
-FROM_TO = numbers(
-    ALLOWED,
-    lambda low, high: low > 0.0 and 0.0 <= high - low < 100.0,
-    lambda low, high: tuple(np.arange(low, math.nextafter(high, math.inf))),
+ORDERS = numbers(
+    "N or LOW:HIGH, above 0 and at most 100, such as 1:3",
+    lambda low, high=100.0: 0.0 < low <= high <= 100.0,
+    lambda low, high=0.0: tuple(np.arange(low, max(low, high) + 1e-9)),
 )
-
-
-def _orders(text: str) -> tuple[float, ...]:
-    """The orders that a list names, or LOW:HIGH in steps of 1. Raises InputError."""
-    if ":" in text:
-        return FROM_TO(text)
-    return LISTED(text.replace(",", ":"))
 
 
 def options(parser: Parser) -> None:
@@ -36,8 +26,8 @@ def options(parser: Parser) -> None:
     words = "highest speed, rad/s (required)"
     add_option(parser, "--max --mu-max", dest="high", metavar="VALUE", read=NUMBER, help=words)
     take(parser, "low", "band", "memory")
-    words = "multiples of the speed, a list or LOW:HIGH in steps of 1 (1)"
-    add_option(parser, "--orders", metavar="N,N", read=_orders, default=(1.0,), help=words)
+    words = "multiples of the speed: one, or LOW:HIGH in steps of 1 (1)"
+    add_option(parser, "--orders", metavar="LOW:HIGH", read=ORDERS, default=(1.0,), help=words)
     take_files(parser, table="the critical speeds", figure="the Campbell diagram")
 
 

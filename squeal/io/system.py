@@ -174,7 +174,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             keys.get("name") or Path(at.source).stem,
             labels=tuple(labels),
         ).assuming(*assumptions)
-        system.warn_of_unused_parameters(at / "parameters", keys.get("parameters", {}))
+        system.warn_of_unused_parameters(at / "parameters")
         if not POWERS.keys().isdisjoint(keys):
             mass = dense(system.at()[0])
             # refuses a mass that is not positive definite

@@ -267,7 +267,7 @@ class System:
             if from_terms:  # these are taken with all their rows
                 return
             reduced, supports = without_supports(self)
-        self.warn_of_unused_parameters(Place("System", "parameters"), parameters or {})
+        self.warn_of_unused_parameters(Place("System", "parameters"))
         if supports.size:
             Place("System", "K").warn(supports_warning(supports, self.labels))
             vars(self).update(vars(reduced))
@@ -287,19 +287,16 @@ class System:
             values |= self.frequency(omega=None)
         vars(self)["parameters"] = MappingProxyType(values)
 
-    def warn_of_unused_parameters(self, at: Place, given: Mapping[str, float]) -> None:
-        """Warn of given parameters but the free one that enter no matrix: most are misspelt.
+    def warn_of_unused_parameters(self, at: Place) -> None:
+        """Warn of parameters but the free one that enter no matrix: most are misspelt.
 
         at: where they are given, for the message.
         """
-        unused = sorted(given.keys() - self.names - {self.parameter})
-        if not unused:
-            return
-        verb = "enter" if unused[1:] else "enters"
-        words = f"{', '.join(unused)} {verb} no matrix"
-        if self.parameter in self.names - given.keys() - {*self.follows}:
-            words += f"; {self.parameter} is not given, 0 is taken"
-        at.warn(words)
+        free = self.parameter
+        unused = sorted(self.parameters.keys() - self.names - {free})
+        if unused:
+            words = f"no matrix depends on {', '.join(unused)}"
+            at.warn(f"{words}; {free} = {self.parameters[free]:g} is taken")
 
     def _check_terms(self) -> None:
         """Refuse matrices of different shapes and factors without a value. Raises InputError."""

@@ -422,21 +422,18 @@ def _half_ulps(X: Matrix) -> csc_array:
 def _hints_of_halves(system: TermSystem) -> list[str]:
     """Which terms of K look like a half, or a part, of a symmetric matrix, in sentences.
 
-    Their diagonal is positive, the free parameter does not multiply them, and most entries beside
+    Their diagonal is not negative nor zero, the free parameter does not multiply them, and most entries beside
     the diagonal have none on the other side of it. Friction leaves few of these in a stiffness.
     """
     hints = []
     for place, term in enumerate(system.K, 1):
         entries = csc_array(term.matrix)
         diagonal = entries.diagonal().real
-        is_friction = system.parameter in term.factor.names
-        if is_friction or diagonal.min() < 0.0 or not diagonal.any():
+        if system.parameter in term.factor.names or min(diagonal) < 0.0:
             continue
-        is_entry = entries != 0
-        paired = is_entry.multiply(is_entry.T).nnz
-        on_diagonal = np.count_nonzero(diagonal)
-        alone = is_entry.nnz - paired
-        if alone > paired - on_diagonal:
+        paired = entries.multiply(entries.T).nnz
+        alone = entries.nnz - paired
+        if diagonal.any() and alone > paired - np.count_nonzero(diagonal):
             hints.append(
                 f"K.{place}: {alone} entries have none on the other side of the diagonal, as in a "
                 "part of a symmetric matrix"
