@@ -422,8 +422,9 @@ def _half_ulps(X: Matrix) -> csc_array:
 def _hints_of_halves(system: TermSystem) -> list[str]:
     """Which terms of K look like a half, or a part, of a symmetric matrix, in sentences.
 
-    Their diagonal is not negative nor zero, the free parameter does not multiply them, and most entries beside
-    the diagonal have none on the other side of it. Friction leaves few of these in a stiffness.
+    No entry of their diagonal is negative and some are positive, the free parameter does not
+    multiply them, and most entries beside the diagonal have none on the other side of it. Friction
+    leaves few of these in a stiffness.
     """
     hints = []
     for place, term in enumerate(system.K, 1):
