@@ -54,7 +54,8 @@ def test_a_table_of_bearings_over_the_speed_does_not_turn_the_whirl():
     ],
 )
 def test_the_direction_is_that_of_the_term_however_it_is_written(factor, matrix):
-    system = tilt(0.2, 1e5 * EYE, factor, matrix, share=0.1)
+    values = {"share": 0.1} if "share" in factor else {}
+    system = tilt(0.2, 1e5 * EYE, factor, matrix, **values)
     assert [way for _, way in directions(system, 1500.0)] == ["backward", "forward"]
 
 
