@@ -241,6 +241,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("axes", "words"), REFUSED)
+@pytest.mark.filterwarnings("ignore:.*no matrix depends on")
 def test_what_is_no_axis_is_refused(axes, words):
     K = {"1": np.eye(2), "gap": np.eye(2), "mu": np.eye(2)}
     given = {"gap": 0.5, "mu": 0.0}
