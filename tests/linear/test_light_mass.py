@@ -50,8 +50,9 @@ def growing(c, mu=0.9):
 @pytest.mark.parametrize("m", MASSES)
 def test_roots_of_the_heavy_modes_keep_their_digits(m, c):
     found = system_roots(system(m, c))
-    assert found.verdict == "flutter"
-    assert found.certified == (m > 1e-14)  # else the rounded doubles have two more roots
+    # else the rounded doubles have two more roots, which may grow faster
+    is_known = m > 1e-14
+    assert (found.verdict, found.certified) == ("flutter" if is_known else None, is_known)
     values = np.array([e.value for e in found.eigenvalues])
     assert set(values) == set(values.conj())
     of_light_motion = 2
