@@ -208,7 +208,8 @@ def keep_below(brake: Brake, outside: Thresholds | None) -> Bound | None:
     if outside is not None and outside.verdict not in GROWING and outside.first is not None:
         lost = min(first, outside.first, key=lambda point: point.mu)
     present = Change(spectrum.parameter, value, value / 100.0, "%", 0.0, unit_of(losses.source))
-    lowest, _ = lost.interval  # stability may be lost from here on
+    # stability may be lost from here on; 0.75 with an interval of rounding stays 0.75
+    lowest = lost.interval[0] + 1e-9 * lost.mu
     below = rounded(lowest, 4, math.floor)
     with_margin = rounded(lowest / IN_HAND, 4, math.floor)
     change = present.of(100.0 * (float(below) / value - 1.0))
