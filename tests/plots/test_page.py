@@ -454,7 +454,7 @@ def test_the_page_of_a_rotor_has_its_critical_speeds_and_its_limit():
     assert report.opening["Cause"].startswith(
         "Forward whirl, no other mode meets it: cross-coupled (skew-symmetric) stiffness puts in"
     )
-    assert "keep speed below 299.9 rad/s (2864 rpm), 14.3 % less than 350." in report.advice
+    assert "keep speed below 300 rad/s (2865 rpm), 14.3 % less than 350." in report.advice
     for one in report.critical.critical:
         roots = np.roots([2.0, 6.0, 2e4 - 2j * one.speed])
         sign = {"forward": 1.0, "backward": -1.0}[one.direction]
