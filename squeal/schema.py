@@ -519,7 +519,7 @@ class Group(Kind):
             is_used = key.is_used_by(model)
             if name not in entries:
                 if key.required and is_used and key.unless not in entries:
-                    # a key that is there and needs this one is the better reason: it comes first
+                    # that a given key lacks one which it needs is the better reason: it comes first
                     check_needs(self.keys, entries, at)
                     raise key.missing(here, self.owner or f"model {model}")
                 continue

@@ -179,7 +179,7 @@ class _AdaptiveRefinement:
     located : list of Event
         The same and those that may be one of them again, or its twin.
     unresolved : bool
-        Whether the budget left a step with roots unmatched or a factor too bent.
+        Whether the budget ended with roots of a step unmatched, or a factor is too bent in one.
     """
 
     def __init__(self, continuation: Continuation, budget: int) -> None:
@@ -654,12 +654,12 @@ def _is_steady(continuation: Continuation, low: float, high: float, growing: int
 def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
     """Sentences on what may be wrong with the events of a search, as far as it knows itself.
 
-    is_unresolved: whether its budget left a step unresolved.
+    is_unresolved: whether a step is, as its budget or `DEPTH` ended.
     """
     continuation = result.continuation
     counts = result.unstable_counts
     if is_unresolved:
-        yield "the search ran out of values; a narrower range needs fewer"
+        yield "the search ran out of values, or a factor bends too much between two of them"
     widest = WIDEST_INTERVAL * (continuation.high - continuation.low)
     for k, cluster in enumerate(result.clusters):
         below = counts[k].growing_roots

@@ -4,6 +4,8 @@ import os
 import sys
 from contextlib import AbstractContextManager, nullcontext
 
+_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
+
 
 def one_thread() -> AbstractContextManager[object]:
     """A context with one thread of BLAS, in which the rounding of sums depends on nothing else."""
@@ -19,5 +21,5 @@ def threads_of_a_verb() -> AbstractContextManager[object]:
     Before SciPy is loaded it changes nothing: a verb about a pad, of three rows, need not wait for
     that import.
     """
-    is_chosen = any(name.endswith("_NUM_THREADS") for name in os.environ)  # of OMP, OPENBLAS, MKL
+    is_chosen = any(os.environ.get(name) for name in _VARIABLES)
     return nullcontext() if is_chosen or "scipy" not in sys.modules else one_thread()

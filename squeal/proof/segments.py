@@ -465,7 +465,7 @@ def tallies_of_inverses(
 
 
 class ImaginaryBound(NamedTuple):
-    """Of the eigenvalues of a part of the discs: whether none is a real number for certain, and a
+    """Of the eigenvalues of a part of the discs: whether it is certain that none is real, and a
     bound of |Im s|, 0 where all are real."""
 
     never_real: bool
@@ -475,7 +475,8 @@ class ImaginaryBound(NamedTuple):
 def imaginary_bounds(S: NearDiagonal, discs: MovingDiscs, half: float) -> list[ImaginaryBound]:
     """What the discs say of the imaginary parts of the eigenvalues of each part.
 
-    A single eigenvalue that is its own conjugate is real. Of two that share a part the discriminant
+    S is of real matrices, whose eigenvalues come in conjugate pairs: one alone in a disc, the
+    mirror image of which meets no other disc, is real. Of two that share a part the discriminant
     decides.
     """
     bottoms, tops = _bounds_of(S.centres.imag, S.speeds.imag, discs.radii, half)

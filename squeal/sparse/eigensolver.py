@@ -493,16 +493,16 @@ def _roots_around(
     """The roots in and around a part of a region, with a count if `certify`; None if the part has
     to be halved.
 
-    A search that misses roots by its count, or by its rough roots without a count, is repeated in
-    double precision from other random vectors, at most `MOST_ATTEMPTS` times in all; the last
-    result counts. The part has to be halved if the subspace does not reach all roots around it, or
-    if no corrections converge.
+    A search is repeated in double precision from other random vectors, at most `MOST_ATTEMPTS`
+    times in all, if with `certify` its count differs from its roots or stays open, and without if
+    it has fewer roots than the rough ones show; the last result counts. The part has to be halved
+    if the subspace does not reach all roots around it, or if no corrections converge.
 
     start (n, d): an orthonormal basis of vectors that are known; exact: the backward error of right
     vectors with which corrections end.
     """
     shift = region.off_centre
-    # a disc around the centre has this much less radius than a disc around the shift that holds it
+    # what is known up to a distance r from the shift is known up to r - offset from the centre
     offset = abs(shift - region.centre)
     needed_reach = offset + COUNTED_REACH * region.radius
     basis = start

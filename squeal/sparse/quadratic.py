@@ -326,9 +326,10 @@ def _may_be_infinite(problem: ScaledProblem, roots: Roots) -> Bools:
     """True for roots (m,) that may be infinite ones.
 
     Where rounding of entries makes a singular M regular, infinite roots become huge ones: beyond
-    the frequency scale and alone, and rounding of each entry moves them by more than a share `LOST`
-    of their size. A light mass makes roots as huge, but rounding of its own small entry hardly
-    moves them. So the entries are compared here, not norms as in `_rounding`.
+    the frequency scale, and rounding of each entry moves them by more than a share `LOST` of their
+    size. A light mass makes roots as huge, but rounding of its own small entry hardly moves them.
+    So the entries are compared here, not norms as in `_rounding`. Roots that are not alone are left
+    out: of a multiple root y^H P'(z) x may vanish at any size.
     """
     values = roots.values
     sizes = np.abs(values)

@@ -119,9 +119,12 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
 
 
 def lasting(numbers: Numbers) -> str:
-    """The cases of one set in which contact goes on changing beside stable sliding, of points and
-    line ("d/a"); a model without stable sliding has `NOT_APPLICABLE`, a model whose repeats do not
-    agree `UNDECIDED`."""
+    """The letters of the cases in which, from at least one of `STARTS` initial states, contact goes
+    on changing beside stable sliding: of B1, a slash, and of B2 ("d/a").
+
+    Each model is simulated `REPEATS` times from states that are disturbed by rounding; where the
+    letters differ it has `UNDECIDED`, without stable sliding `NOT_APPLICABLE`.
+    """
     texts = []
     for model in MODELS:
         cases: list[str] = []  # of stable sliding

@@ -289,7 +289,7 @@ def _located_among_all(
 def _located_exactly(
     system: TermSystem, exact_range: ExactRange, low: float, high: float, roots: Roots
 ) -> _Located:
-    """The thresholds of a small system that are known exactly; roots: all at a value."""
+    """The thresholds of a small system that are known exactly; roots: gives all at a value."""
     is_undamped = not system.C
 
     def event_of(change: Change) -> Event:
@@ -308,7 +308,8 @@ def _located_exactly(
     stops = [*(start for start, _ in hulls), high]
     counts = []
     for start, stop in zip(starts, stops, strict=True):
-        middle = max(start, (start + stop) / 2.0)  # beyond a cluster at the end of the range
+        # where the interval of the last change reaches beyond `high`, stop lies below start
+        middle = max(start, (start + stop) / 2.0)
         counts.append(continuation.at(middle).unstable_count)
     result = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
     points, crossings = points_and_crossings(result)
