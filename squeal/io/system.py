@@ -42,7 +42,13 @@ from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, normalised_system
 from squeal.linear.precision import Precision, half_units
 from squeal.linear.supports import empty_rows_warning, supports_warning
-from squeal.linear.system import Term, TermSystem, without_empty_rows, without_supports
+from squeal.linear.system import (
+    Term,
+    TermSystem,
+    warn_of_unused_parameters,
+    without_empty_rows,
+    without_supports,
+)
 from squeal.schema import NOT_NEGATIVE, Place
 
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense
@@ -174,7 +180,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             keys.get("name") or Path(at.source).stem,
             labels=tuple(labels),
         ).assuming(*assumptions)
-        system.warn_of_unused_parameters(at / "parameters")
+        warn_of_unused_parameters(system, at / "parameters")
         if not POWERS.keys().isdisjoint(keys):
             mass = dense(system.at()[0])
             # refuses a mass that is not positive definite

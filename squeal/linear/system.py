@@ -267,7 +267,7 @@ class System:
             if from_terms:  # these are taken with all their rows
                 return
             reduced, supports = without_supports(self)
-        self.warn_of_unused_parameters(Place("System", "parameters"))
+        warn_of_unused_parameters(self, Place("System", "parameters"))
         if supports.size:
             Place("System", "K").warn(supports_warning(supports, self.labels))
             vars(self).update(vars(reduced))
@@ -286,17 +286,6 @@ class System:
             vars(self)["follows"] = tuple(without_value)
             values |= self.frequency(omega=None)
         vars(self)["parameters"] = MappingProxyType(values)
-
-    def warn_of_unused_parameters(self, at: Place) -> None:
-        """Warn of parameters but the free one that enter no matrix: most are misspelt.
-
-        at: where they are given, for the message.
-        """
-        free = self.parameter
-        unused = sorted(self.parameters.keys() - self.names - {free})
-        if unused:
-            words = f"no matrix depends on {', '.join(unused)}"
-            at.warn(f"{words}; {free} = {self.parameters[free]:g} is taken")
 
     def _check_terms(self) -> None:
         """Refuse matrices of different shapes and factors without a value. Raises InputError."""
@@ -756,3 +745,15 @@ def _without_rows(system: System, rows: NDArray[np.intp]) -> System:
 
     labels = [system.labels[row] for row in remaining if row < len(system.labels)]
     return system.mapped(lambda term: term.mapped(remaining_part), labels)
+
+
+def warn_of_unused_parameters(system: TermSystem, at: Place) -> None:
+    """Warn of parameters but the free one that enter no matrix: most are misspelt.
+
+    at: where they are given, for the message.
+    """
+    free = system.parameter
+    unused = sorted(system.parameters.keys() - system.names - {free})
+    if unused:
+        words = f"no matrix depends on {', '.join(unused)}"
+        at.warn(f"{words}; {free} = {system.parameters[free]:g} is taken")
