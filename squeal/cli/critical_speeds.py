@@ -6,6 +6,7 @@ squeal critical-speeds rotor.yaml --max 900 --orders 1:2 --band 10:1000
 """
 
 import argparse
+import math
 
 import numpy as np
 
@@ -14,10 +15,22 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import NUMBER, add_option, numbers, take, take_files, write_files
 from squeal.errors import InputError
 
+
+def _are_orders(low: float, high: float = math.nan) -> bool:
+    """True if so many orders per turn, or those from low to high, may be asked for."""
+    highest = low if math.isnan(high) else high
+    return 0.0 < low <= highest <= 100.0 and (highest - low) % 1.0 == 0.0
+
+
+def _orders(low: float, high: float = 0.0) -> tuple[float, ...]:
+    """The orders from low to high, one apart; low alone without a high."""
+    return tuple(np.arange(low, max(low, high) + 0.5).tolist())
+
+
 ORDERS = numbers(
-    "N or LOW:HIGH, above 0 and at most 100, such as 1:3",
-    lambda low, high=100.0: 0.0 < low <= high <= 100.0,
-    lambda low, high=0.0: tuple(np.arange(low, max(low, high) + 1e-9)),
+    "N, or LOW:HIGH a whole number apart, above 0 and at most 100, such as 1:3",
+    _are_orders,
+    _orders,
 )
 
 

@@ -268,8 +268,8 @@ def _complete(
         if half:
             if symmetric and not has_internal_nodes(file.labels) and _lacks_diagonal(matrix):
                 at.warn(
-                    "entries stand in rows whose diagonal is empty, as in a matrix of friction, "
-                    "and each is taken for both (symmetric: false beside the file says otherwise)"
+                    "entries stand in rows whose diagonal is empty, as of friction or constraints, "
+                    "and each is taken for both (of friction symmetric: false is right)"
                 )
             return mirror_half(matrix), False
         if abs(matrix - matrix.T).max() > 0.0:

@@ -50,7 +50,7 @@ from squeal.sparse.reduction import Reduction
 
 # When the roots of a reduced system are in doubt, and what following them may cost
 SHORTEST_STEP = 2.0**-40  # of the range
-MOST_SPECTRA = 600  # values at which roots are computed; beyond, no step is halved
+MOST_SPECTRA = 1200  # values at which roots are computed; beyond, no step is halved
 MISSED_SHARE = 0.25  # of a root's path: two roots match if their slopes miss it by at most this
 MISSED = 1e-4  # of |lambda|: ... or by this, if it is further off the axis
 LEAST_MISSED = 1e-8  # of |lambda|: ... or by this anyway

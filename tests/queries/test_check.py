@@ -262,3 +262,8 @@ def test_a_stiffness_of_which_a_part_is_given_is_named(factor, is_named):
         hints = "; ".join(squeal.check(squeal.System(np.eye(6), K=terms, parameters=values)).hints)
         assert (f"K.1: {alone} entries have none" in hints) == (is_named and alone > 0)
         assert ("have none" in hints) == (is_named and alone > 0)
+
+
+def test_friction_in_numbers_is_no_half_of_a_stiffness():
+    pair = squeal.System(np.eye(2), K=[[2.0, -0.4], [0.0, 1.0]])
+    assert not any("have none" in hint for hint in squeal.check(pair).hints)

@@ -193,12 +193,12 @@ def roundness(x, y):
     return 2.0 * (x * y.conj()).imag / (abs(x) ** 2 + abs(y) ** 2)
 
 
-BAD_ORDERS = ("0", "3:1", "0:2", "1:1e9", "1:2:3", "1:2,3", "nan:2")
+BAD_ORDERS = ("0", "3:1", "0:2", "1:1e9", "1:2:3", "1:2,3", "nan:2", "0.5:2", "2:2.5")
 
 
 @pytest.mark.parametrize(
     ("typed", "orders"),
-    [("1:3", [1, 2, 3]), ("2", [2]), ("2:2", [2]), ("0.5:2", [0.5, 1.5])],
+    [("1:3", [1, 2, 3]), ("2", [2]), ("2:2", [2]), ("0.5:1.5", [0.5, 1.5])],
 )
 def test_orders_are_one_or_a_range(tmp_path, capsys, typed, orders):
     (tmp_path / "mass.yaml").write_text(

@@ -668,13 +668,13 @@ def _compare(
     counts = [continuation.at(value).unstable_count for value in typical]
     unexplained = []
     for cluster, (below, above) in zip(clusters, itertools.pairwise(typical), strict=True):
-        # a pair whose growth ends grew before; a real root may come from above the band
+        # what grows above and did not below has crossed; a real root may come from above the band
         _, most_below = continuation.at(below).count_bounds
         least_above, _ = continuation.at(above).count_bounds
         rise = sum(event.rise for event in cluster)
         if most_below + rise < least_above and all(event.omega > 0.0 for event in cluster):
-            what = f"growth that ends at {continuation.name} = {cluster[0].value:.6g}"
-            unexplained.append(f"{what} follows from no threshold that was located")
+            at_cluster = f"{continuation.name} = {cluster[0].value:.6g}"
+            unexplained.append(f"more modes grow above {at_cluster} than crossed there")
     left_out: dict[int, str] = {}  # by the number of the interval
     for value in sorted({*computed, *midpoints}):
         k = sum(cluster[0].value < value for cluster in clusters)  # the number of its interval
