@@ -99,10 +99,10 @@ def is_crowded(step: Step) -> bool:
 def _is_crowded(spectrum: SpectrumAtParameter, length: float) -> bool:
     """As `is_crowded`, from one end of a step; length: to its other end, with its sign.
 
-    At a distance x two roots are u + x v apart without coupling, and by the coupling
-    x sqrt(W_kl W_lk) their squared half difference changes by its square, see the head of the
-    module. They interact if |u + x v| <= 2 x sqrt|W_kl W_lk| somewhere in the step, which is
-    |u y + v| <= 2 sqrt|W_kl W_lk| for some y = 1 / x >= 1 / length.
+    At a distance x two roots differ by u + x v without coupling. Coupling adds x^2 W_kl W_lk to the
+    square of half their difference, see the head of the module. They interact if |u + x v| <=
+    2 x sqrt|W_kl W_lk| somewhere in the step, that is |u y + v| <= 2 sqrt|W_kl W_lk| for some
+    y = 1 / x >= 1 / |length|. Roots that rounding does not separate do not count.
     """
     u = spectrum.z[:, None] - spectrum.z
     v = spectrum.slopes[:, None] - spectrum.slopes

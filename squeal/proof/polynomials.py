@@ -230,8 +230,8 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
 class Quotient:
     """A rational function of the parameter: two polynomials, or rational numbers.
 
-    Its operations raise ArithmeticError or ValueError where the result is none, or of so large a
-    power that it takes long.
+    Its operations raise ArithmeticError or ValueError where the result is no such function, or a
+    power so large that it takes long.
     """
 
     over: Polynomial
@@ -269,6 +269,7 @@ class Quotient:
         return Quotient.of(other) / self
 
     def __pow__(self, exponent: Number) -> Quotient:
+        """The power by a number, in which the parameter does not occur."""
         number = Quotient.of(exponent)
         power = number.over / number.under
         size = max(_size(self.over), _size(self.under))
@@ -283,10 +284,13 @@ class Quotient:
 
 
 def _size(x: Polynomial) -> float:
-    """The degree of a polynomial, or the bits of a number, as a share of the most."""
+    """The degree of a polynomial, or the bits of its largest number, as a share of the most."""
     if isinstance(x, flint.fmpq):
         return float(x.height_bits()) / MOST_BITS
-    return float(x.total_degree()) / MOST_DEGREE
+    shares = [float(x.total_degree()) / MOST_DEGREE]
+    for number in x.coeffs():
+        shares.append(_size(number))
+    return max(shares)
 
 
 def _determinant(rows: list[list[Polynomial]]) -> Polynomial:

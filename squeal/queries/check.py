@@ -36,7 +36,6 @@ MORE = 6  # modes by which each further search of the lowest ones asks for more
 MOST_MORE = 25  # no further search after so many more modes than are wanted
 SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
 FASTEST = 2500.0
-MOST_OF_FRICTION = 3  # entries without a mirror image that friction may leave in a small stiffness
 CLEARLY = 1e3  # of the square that rounding makes of 0: faster modes are not mixed with slow ones
 CLEAR_MASS = 1e-10  # of the largest |theta|, a mass over a stiffness: less is hardly any mass
 
@@ -424,8 +423,8 @@ def _hints_of_halves(system: TermSystem) -> list[str]:
     """Which terms of K look like a half, or a part, of a symmetric matrix, in sentences.
 
     No entry of their diagonal is negative and some are positive, the free parameter does not
-    multiply them, and most entries beside the diagonal, at least `MOST_OF_FRICTION`, have none on
-    the other side of it. Friction leaves few of these in a stiffness of many rows.
+    multiply them, and most entries beside the diagonal have no entry mirrored across it, more than
+    one of two rows: friction leaves one of the two rows of a contact at most.
     """
     hints = []
     for place, term in enumerate(system.K, 1):
@@ -433,10 +432,11 @@ def _hints_of_halves(system: TermSystem) -> list[str]:
         diagonal = entries.diagonal().real
         if system.parameter in term.factor.names or min(diagonal) < 0.0:
             continue
-        paired = entries.multiply(entries.T).nnz
-        alone = entries.nnz - paired
+        pattern = csc_array(entries != 0.0)
+        paired = pattern.multiply(pattern.T).nnz
+        alone = pattern.nnz - paired
         mirrored = paired - np.count_nonzero(diagonal)
-        if diagonal.any() and alone > max(mirrored, MOST_OF_FRICTION):
+        if diagonal.any() and alone > max(mirrored, len(diagonal) / 2):
             hints.append(
                 f"K.{place}: {alone} entries have none on the other side of the diagonal, as in a "
                 "part of a symmetric matrix"

@@ -237,8 +237,8 @@ class CrossingSearch:
         """The value of the parameter at which a step has to be divided, None if it need not be.
 
         It is divided in the middle where the slopes miss a matched root, or where a root without a
-        partner may not simply have left the region; and at the value where two roots are predicted
-        to meet.
+        partner may not simply have left or entered the region; and at the value where two roots are
+        predicted to meet.
         """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
@@ -260,8 +260,8 @@ class CrossingSearch:
         for meeting in near_coalescences(before, after):
             if not before.value < meeting.value < after.value:
                 continue
-            # the two roots turn within `width` of the meeting (at least 1e-9, rounding), which only
-            # a spectrum shows that is computed at most half a width from it
+            # the two roots turn within `width` of the meeting (at least 1e-9 of it, rounding); a
+            # spectrum at most half a width from it shows that, so that none is added
             width = max(meeting.width, 1e-9 * abs(meeting.value))
             distance = min(abs(value - meeting.value) for value in self._spectra)
             if distance > width / 2:

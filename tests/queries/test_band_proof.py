@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.linalg import eigvals
+from scipy.sparse import diags_array, eye_array
 
 import squeal
 from squeal.cli.main import main
@@ -48,6 +49,21 @@ def test_where_it_is_open_the_count_holds(system):
     assert answer.certified
     assert answer.proof["status"] == "counted"
     assert f"not proved: {BEYOND_CORE}" in answer.notes
+
+
+def test_the_lowest_mode_of_a_band_is_judged_beside_the_others():
+    w = 2.0 * np.pi * np.array([10.0, 20.0, *np.linspace(200.0, 400.0, 400)])
+    C = np.zeros(402)
+    C[:2] = 0.5, -0.002  # of which the second grows by 0.001 1/s
+    system = squeal.System(eye_array(402), diags_array(C), diags_array(w**2))
+    for modes in (1, 2):
+        answer = squeal.eigenvalues(system, band=(5.0, 50.0), modes=modes, prove=True)
+        assert (answer.verdict, answer.certified, answer.proof["status"]) == (
+            "flutter",
+            True,
+            "proved",
+        )
+        assert len(answer.modes) == modes
 
 
 def test_a_wrong_list_is_not_certified(system, monkeypatch):

@@ -264,6 +264,8 @@ def test_a_stiffness_of_which_a_part_is_given_is_named(factor, is_named):
         assert ("have none" in hints) == (is_named and alone > 0)
 
 
-def test_friction_in_numbers_is_no_half_of_a_stiffness():
-    pair = squeal.System(np.eye(2), K=[[2.0, -0.4], [0.0, 1.0]])
-    assert not any("have none" in hint for hint in squeal.check(pair).hints)
+@pytest.mark.parametrize("contacts", [1, 4])
+def test_friction_in_numbers_is_no_half_of_a_stiffness(contacts):
+    K = np.kron(np.eye(contacts), [[2.0, -0.4], [0.0, 1.0]])
+    hints = squeal.check(squeal.System(np.eye(2 * contacts), K=K)).hints
+    assert not any("have none" in hint for hint in hints)

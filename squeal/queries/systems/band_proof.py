@@ -39,7 +39,7 @@ def with_band_proof(
     if file.assembly is not None or file.assumptions:
         raise InputError(f"prove: components and guessed matrices have no proof; {ALLOWED}")
     low, high = (math.tau * hertz for hertz in selection.band)
-    values = values_of(roots.eigenvalues)
+    values = values_of(roots.computed)  # also those that --modes leaves out of the list
     growth_limit = math.inf if roots.growth_limit is None else roots.growth_limit
     proof = prove_modes(*system.at(), values, low, high, rate=growth_limit)
     if proof.status == "open":
@@ -62,7 +62,7 @@ def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
     sides = set()  # of the modes that are listed as growing
     bound = 0.0  # how far a mode may lie off whose growth is not proved, 1/s
     # without enclosures there are no matches
-    for root, (piece,) in zip(roots.eigenvalues, proof.matches, strict=False):
+    for root, (piece,) in zip(roots.computed, proof.matches, strict=False):
         if root.kind in GROWING:
             sides.add(piece.side)
             if piece.side == "unknown":

@@ -636,7 +636,8 @@ def _compare(
     - with fewer, if that changes the verdict, has a growing root outside of the band; but if it has
       no fewer roots in the band, and in the first interval below the typical value, growth at the
       typical value is unexplained;
-    - with as many and another verdict has a pair that became two real roots, and crosses nothing.
+    - with as many and another verdict crosses nothing: a pair became two real roots or the reverse,
+      or another root grows fastest.
 
     Parameters
     ----------
@@ -668,7 +669,8 @@ def _compare(
     counts = [continuation.at(value).unstable_count for value in typical]
     unexplained = []
     for cluster, (below, above) in zip(clusters, itertools.pairwise(typical), strict=True):
-        # what grows above and did not below has crossed; a real root may come from above the band
+        # what grows above and did not below has crossed; where a real root crosses another one may
+        # have come from above the band
         _, most_below = continuation.at(below).count_bounds
         least_above, _ = continuation.at(above).count_bounds
         rise = sum(event.rise for event in cluster)
@@ -687,7 +689,7 @@ def _compare(
         if count.growing_roots > typical_count.growing_roots:
             what = count.verdict if is_other_verdict else f"{count.verdict} of one more mode"
             unexplained.append(f"{what} at {here} follows from no threshold that was located")
-        elif is_fewer and is_other_verdict and k not in left_out:
+        elif is_fewer and is_other_verdict:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
             roots_here = len(continuation.at(value).z)
             has_left = roots_here < len(continuation.at(typical[k]).z)
@@ -697,10 +699,11 @@ def _compare(
                 what = f"{typical_count.verdict} at {grows_at}"
                 unexplained.append(f"{what} follows from no threshold that was located")
                 continue
-            left_out[k] = (
+            words = (
                 f"fewer modes are found to grow in {band} at {here} than at {grows_at}, with no "
                 "threshold between; where they leave or enter is not listed"
             )
+            left_out.setdefault(k, words)
     result = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
     distinct = list(dict.fromkeys(unexplained))
     return _Comparison(result, midpoints, distinct, list(left_out.values()))
