@@ -677,8 +677,8 @@ def _compare(
         if most_below + rise < least_above and all(event.omega > 0.0 for event in cluster):
             at_cluster = f"{continuation.name} = {cluster[0].value:.6g}"
             unexplained.append(
-                f"what grows beside {at_cluster} does not follow from what crosses there; a growing "
-                f"mode may have entered {band}"
+                f"what grows beside {at_cluster} does not follow from what crosses there; a "
+                f"growing mode may have entered {band}"
             )
     left_out: dict[int, str] = {}  # by the number of the interval
     for value in sorted({*computed, *midpoints}):
