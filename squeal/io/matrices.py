@@ -10,20 +10,17 @@ from typing import IO, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array, diags_array, issparse
+from scipy.sparse import coo_array, csc_array, issparse
 
 from squeal.errors import InputError, missing
 from squeal.io.formats.matrix_file import (
-    Labels,
     MatrixFile,
     NamedMatrices,
     UnbuiltMatrix,
     check_indices,
     file_of_array,
-    has_internal_nodes,
-    is_half,
-    mirror_half,
 )
+from squeal.io.halves import complete
 from squeal.io.matrix_formats import FORMATS, HEAD, Format
 from squeal.io.writing import write_whole
 from squeal.linear.matrices import given_matrix
@@ -35,7 +32,6 @@ from squeal.linear.precision import (
 )
 from squeal.schema import Place
 
-FREE_MOTION = 1e-8  # of the diagonal: pivots below are those of a free body
 PACKED = (b"\x1f\x8b", b"BZh", b"\xfd7zXZ\0")  # by gzip, bzip2, xz
 LONGEST_REASON = 300  # characters of what a library says of a broken file
 
@@ -76,7 +72,7 @@ def read_matrix(
             opened[path] = file_format.read(path)
         file = _pick(opened[path], key)
         _check_labels(file)
-        matrix, is_guessed = _complete(at, _checked(file.matrix), file, symmetric)
+        matrix, is_guessed = complete(at, _checked(file.matrix), file, symmetric)
     except InputError as error:
         raise at.refuse(str(error)) from None
     except ImportError as error:
@@ -215,159 +211,6 @@ def _canonical(matrix: Matrix) -> csc_array:
     copy.sum_duplicates()
     copy.eliminate_zeros()
     return copy
-
-
-def _complete(
-    at: Place, matrix: csc_array, file: MatrixFile, symmetric: bool | None
-) -> tuple[csc_array, bool]:
-    """The full matrix of a file that may hold one triangle of it, and whether that is a guess.
-
-    - Declared symmetric, by the user or else by the file: the other triangle is added.
-    - Declared not symmetric: the matrix as it is, with a warning if only the file says so and the
-      matrix looks like one triangle.
-    - Not declared: a matrix with entries on both sides of the diagonal, or on it alone, as it is;
-      one triangle is completed as a guess, with a warning, if it can only be that of a symmetric
-      matrix.
-
-    Parameters
-    ----------
-    at : Place
-        The file, for messages.
-    matrix : csc_array (n, n)
-        The matrix of `file`, checked.
-    symmetric : bool or None
-        Whether the user says that one triangle stands for both, which counts before what the file
-        says; None for nothing.
-
-    Raises
-    ------
-    InputError
-        Where nothing declares one triangle, and it may be that of a symmetric matrix or not; where
-        a matrix declared symmetric is not.
-    """
-    declared = symmetric
-    if declared is None:
-        declared = file.symmetric
-    if symmetric is False:
-        return matrix, False
-    # whether one side of the diagonal has no entries; zeros that the file holds are entries too
-    half = is_half(csc_array(file.matrix))
-    is_diagonal = matrix.nnz == np.count_nonzero(matrix.diagonal())
-    one_sided = "no entry has another one on the other side of the diagonal"
-    nodes = np.arange(matrix.shape[0])  # where nothing names them, each row is one
-    if file.labels:
-        nodes = np.array(file.labels)[:, 0]
-    if declared is False:
-        if half and not is_diagonal and _is_symmetric_triangle(matrix, nodes):
-            at.warn(
-                f"{one_sided}, as in half of a symmetric matrix, and the rest is taken as zero "
-                "(symmetric: true beside the file completes it, symmetric: false confirms it)"
-            )
-        return matrix, False
-    if declared:
-        if half:
-            if symmetric and not has_internal_nodes(file.labels) and _lacks_diagonal(matrix):
-                at.warn(
-                    "entries stand in rows whose diagonal is empty, as of friction or constraints, "
-                    "and each is taken for both (of friction symmetric: false is right)"
-                )
-            return mirror_half(matrix), False
-        if abs(matrix - matrix.T).max() > 0.0:
-            raise InputError("is not symmetric; symmetric: true is not allowed")
-        return matrix, False
-    if not half or is_diagonal:
-        return matrix, False
-    if file.labels is None or not _is_symmetric_triangle(matrix, nodes):
-        raise InputError(
-            f"{one_sided}, and nothing says whether each stands for both; say it by the key "
-            "symmetric: true or symmetric: false beside the file"
-        )
-    completed = mirror_half(matrix)
-    if Path(at.source).suffix.lower() != ".mas":  # a mass, which friction leaves symmetric
-        _refuse_one_sided(at, completed, file.labels)
-    at.warn(
-        f"{one_sided}, they couple different nodes, and none is too great for the diagonal; each "
-        "is taken for both (symmetric: false beside the file says otherwise)"
-    )
-    return completed, True
-
-
-def _refuse_one_sided(at: Place, completed: csc_array, labels: Labels) -> None:
-    """Refuse half a matrix that may be the half of an unsymmetric one, as CalculiX writes it.
-
-    It is refused if the input file beside it has friction, or if the completed matrix has negative
-    eigenvalues, which no stiffness or mass of a structure has. Matrices with internal nodes, whose
-    numbers are below zero, may have some: in Abaqus these hold Lagrange multipliers. Raises
-    InputError.
-    """
-    advice = (
-        "friction makes a stiffness unsymmetric, and CalculiX writes one half of it. Export the "
-        "stiffness without friction and the contact as a matrix of its own, or join the bodies as "
-        "components"
-    )
-    deck = Path(at.source).with_suffix(".inp")
-    if deck.is_file():
-        lines = deck.read_text(encoding="latin-1").upper().splitlines()
-        if any(line.startswith("*FRICTION") for line in lines):
-            raise InputError(f"holds one half of a matrix, and {deck.name} has *FRICTION; {advice}")
-    if has_internal_nodes(labels):
-        return
-    negative = negative_pivots(completed)
-    if negative:
-        raise InputError(
-            f"holds one half of a matrix whose completion has {negative} negative eigenvalues, "
-            f"which no structure has; {advice}, or say symmetric: true beside the file"
-        )
-
-
-def negative_pivots(matrix: csc_array) -> int:
-    """The number of negative eigenvalues of a symmetric sparse matrix, by the signs of its pivots.
-
-    They are as many by Sylvester's law of inertia. Those within 1e-8 of the diagonal are taken for
-    the zeros of a free body.
-    """
-    from scipy.sparse.linalg import splu
-
-    shift = diags_array(FREE_MOTION * np.abs(matrix.diagonal()))
-    try:
-        factors = splu(
-            csc_array(matrix + shift),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
-    except RuntimeError:  # exactly singular: a row without stiffness says nothing
-        return 0
-    return int(np.count_nonzero(factors.U.diagonal() < 0.0))
-
-
-def _lacks_diagonal(matrix: csc_array) -> bool:
-    """True if an entry beside the diagonal stands in a row or column without an entry on it.
-
-    No positive semidefinite matrix, thus no stiffness or mass of a structure, has such an entry.
-    """
-    rows, columns = matrix.tocoo().coords
-    is_empty = matrix.diagonal() == 0.0
-    return bool(np.any(is_empty[rows] | is_empty[columns]))
-
-
-def _is_symmetric_triangle(matrix: csc_array, nodes: NDArray) -> bool:
-    """True if a triangle (n, n), with rows of some nodes (n,), can only be that of a symmetric
-    stiffness or mass.
-
-    Two conditions hold of such a triangle. It couples different nodes, which a full matrix would do
-    on both sides of the diagonal. And as in each positive semidefinite matrix k_ij^2 <= k_ii k_jj,
-    which the matrix of friction alone does not satisfy. Rows of internal nodes, whose numbers are
-    below zero, are exempt: Lagrange multipliers have no diagonal.
-    """
-    rows, columns = matrix.tocoo().coords
-    entries = matrix.data.real
-    diagonal = matrix.diagonal().real
-    exempt = (nodes[rows] < 0) | (nodes[columns] < 0) | (rows == columns)
-    fits = exempt | (entries**2 <= diagonal[rows] * diagonal[columns])
-    has_positive_diagonal = np.all(diagonal[nodes >= 0] >= 0.0)
-    couples_nodes = np.any(nodes[rows] != nodes[columns])
-    return bool(has_positive_diagonal and np.all(fits) and couples_nodes)
 
 
 def aligned(files: Sequence[MatrixFile]) -> list[csc_array]:

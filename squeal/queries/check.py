@@ -15,6 +15,7 @@ from scipy.sparse import coo_array, csc_array
 
 from squeal.errors import ComputationError
 from squeal.io.coordinates import POINTS
+from squeal.io.halves import sides_of
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.damping import frictionless
@@ -422,24 +423,19 @@ def _half_ulps(X: Matrix) -> csc_array:
 def _hints_of_halves(system: TermSystem) -> list[str]:
     """Which terms of K look like a half, or a part, of a symmetric matrix, in sentences.
 
-    No entry of their diagonal is negative and some are positive, the free parameter does not
-    multiply them, and most entries beside the diagonal have no entry mirrored across it, more than
-    one of two rows: friction leaves one of the two rows of a contact at most.
+    The free parameter does not multiply them, and most entries off their diagonal are such as half
+    a stiffness has. These are more than one of two rows: friction leaves one of the two rows of a
+    contact at most.
     """
     hints = []
     for place, term in enumerate(system.K, 1):
-        entries = csc_array(term.matrix)
-        diagonal = entries.diagonal().real
-        if system.parameter in term.factor.names or min(diagonal) < 0.0:
+        if system.parameter in term.factor.names:
             continue
-        pattern = csc_array(entries != 0.0)
-        paired = pattern.multiply(pattern.T).nnz
-        alone = pattern.nnz - paired
-        mirrored = paired - np.count_nonzero(diagonal)
-        if diagonal.any() and alone > max(mirrored, len(diagonal) / 2):
+        sides = sides_of(term.matrix)
+        if sides.fitting > max(sides.paired, system.n / 2):
             hints.append(
-                f"K.{place}: {alone} entries have none on the other side of the diagonal, as in a "
-                "part of a symmetric matrix"
+                f"K.{place}: {sides.one_sided} entries have none on the other side of the "
+                "diagonal, as in a part of a symmetric matrix"
             )
     return hints
 

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import hb_write, loadmat, mmwrite, savemat
-from scipy.sparse import coo_array, csc_array, random_array, save_npz
+from scipy.sparse import coo_array, csc_array, save_npz
 from scipy.sparse.linalg import eigsh
 
 import squeal
@@ -37,23 +37,6 @@ def put(path, matrix):
         np.savetxt(path, table, fmt="%d %d %.17g", header="* TYPE=UNSYMMETRIC", comments="*")
     else:
         write_matrix(path, matrix)
-
-
-@pytest.fixture
-def matrix():
-    made = random_array((20, 20), density=0.2, format="csc", rng=np.random.default_rng(1))
-    made.data -= 0.3
-    return made
-
-
-@pytest.fixture
-def read(tmp_path):
-    def made(name, content, **more):
-        path = tmp_path / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode())
-        return read_matrix(path, **more).matrix.toarray().tolist()
-
-    return made
 
 
 @pytest.mark.parametrize("suffix", [".mtx", ".mat", ".npz"])
@@ -218,87 +201,12 @@ def test_rows_that_are_only_numbered_go_with_the_same_rows_in_any_order_of_files
         aligned([shell, solid][::order])
 
 
-SPRING = "1,1,1,1,3.0\n2,1,1,1,-1.0\n2,1,2,1,3.0\n"
-FRICTION = "1,1,1,2,0.4\n"
-CONTACT = "1,1,1,1,5.0\n1,2,1,1,0.4\n1,2,1,2,5.0\n"  # friction at one node, upon stiffnesses
-NUMBERED = "1 1 3.0\n2 1 -1.0\n2 2 3.0\n"
-
-
-def test_a_triangle_as_abaqus_writes_it_is_completed_with_a_warning(read):
-    with pytest.warns(InputWarning, match="symmetric: false"):
-        assert read("K.mtx", SPRING) == [[3, -1], [-1, 3]]
-
-
-def test_abaqus_orders_rows_as_it_likes_and_numbers_internal_nodes_below_zero(read):
-    """Half a stiffness by another order than that of the labels, a multiplier of zero stiffness."""
-    text = "9,1, 9,1, 3.0\n2,1, 9,1, -1.0\n2,1, 2,1, 3.0\n 9,1, -7,0, 1.0\n-7,0,2,1,-1.0\n"
-    with pytest.warns(InputWarning, match="symmetric: false"):
-        assert read("K.mtx", text) == [[0, -1, 1], [-1, 3, -1], [1, -1, 3]]  # -7, 2, 9
-
-
 def test_abaqus_keywords_name_scale_and_divide_the_matrices_of_a_text(read):
     text = "*MATRIX INPUT, NAME=Kc, TYPE=UNSYMMETRIC, SCALE FACTOR=2.\n** note\n1,1,1,2,3.\n"
     assert read("s.inp", text) == [[0, 6], [0, 0]]
     two = f"{text}*MATRIX INPUT, NAME=M\n1,1,1,1,1.\n** note\n1,2,1,2,1.\n"
     assert read("s.inp", two, key="Kc") == [[0, 6], [0, 0]]
     assert read("s.inp", two, key="M") == [[1, 0], [0, 1]]
-
-
-@pytest.mark.filterwarnings("ignore::squeal.errors.InputWarning")
-@pytest.mark.parametrize("text", [FRICTION, CONTACT, NUMBERED, SPRING.replace("-1.0", "-3.1")])
-def test_one_sided_friction_is_not_mirrored(read, text):
-    with pytest.raises(InputError, match="symmetric: true or symmetric: false"):
-        read("K.mtx", text)
-    alone = read("K.mtx", text, symmetric=False)
-    assert alone == read("K.mtx", f"*MATRIX INPUT, TYPE=UNSYMMETRIC\n{text}")
-    both = read("K.mtx", text, symmetric=True)
-    assert both == read("K.mtx", f"*MATRIX INPUT, TYPE=SYMMETRIC\n{text}")
-    assert np.count_nonzero(both) == np.count_nonzero(alone) + 1
-    assert np.array_equal(both, np.transpose(both))
-
-
-@pytest.mark.parametrize(
-    "entries",
-    [
-        [[0.0, 0.4, 0.0], [0.0, 0.0, 0.0], [0.0, -0.4, 0.0]],  # in both triangles
-        [[0.0, 0.0, 0.0], [0.4, 0.0, 0.0], [0.0, 0.0, 0.0]],  # in one
-        [[0.0, 0.4, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 0.0]],  # beside a diagonal with gaps
-    ],
-)
-def test_friction_that_the_user_calls_symmetric_is_mirrored_with_a_warning(tmp_path, entries):
-    """A semidefinite matrix has no entry in a row whose diagonal is empty."""
-    np.save(tmp_path / "K.npy", np.array(entries))
-    with pytest.warns(InputWarning, match=r"K.npy: .*diagonal is empty.*symmetric: false"):
-        read_matrix(tmp_path / "K.npy", symmetric=True)
-    assert np.array_equal(
-        read_matrix(tmp_path / "K.npy", symmetric=False).matrix.toarray(), entries
-    )
-
-
-@pytest.mark.parametrize("suffix", [".mtx", ".npy", ".mat"])
-@pytest.mark.parametrize("triangle", [np.tril, np.triu])
-def test_a_triangle_that_is_said_to_be_all_is_read_with_a_warning(tmp_path, suffix, triangle):
-    """Programs write half of a symmetric matrix under the word general, or as an array."""
-    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
-    path = tmp_path / f"K{suffix}"
-
-    def write(matrix):
-        if suffix == ".mtx":
-            mmwrite(path, coo_array(matrix), symmetry="general")
-        elif suffix == ".npy":
-            np.save(path, matrix)
-        else:
-            savemat(path, {"K": matrix})
-
-    write(triangle(K))
-    with pytest.warns(InputWarning, match=r"half of a symmetric matrix.*symmetric: true"):
-        assert np.array_equal(read_matrix(path).matrix.toarray(), triangle(K))
-    assert np.array_equal(read_matrix(path, symmetric=False).matrix.toarray(), triangle(K))
-    assert np.array_equal(read_matrix(path, symmetric=True).matrix.toarray(), K)
-    friction = np.array([[0.0, 0.4, 0.0], [0.0, 5.0, 0.0], [0.0, 0.0, 0.0]])
-    for whole in (K, np.diag([1.0, 2.0, 3.0]), friction):
-        write(whole)
-        assert np.array_equal(read_matrix(path).matrix.toarray(), whole)  # without a warning
 
 
 @pytest.mark.parametrize(
@@ -467,30 +375,6 @@ def test_rows_that_share_labels_are_told_apart_within_one_job_alone(tmp_path):
     path.write_text("M: {file: one.mas}\nK: {file: two.sti}\n")
     with pytest.raises(InputError, match="one job"):
         read_system(path)
-
-
-@pytest.mark.parametrize("word", ["*FRICTION", "*Friction", "*friction\n0.5"])
-def test_half_a_stiffness_of_a_job_with_friction_is_refused(tmp_path, word):
-    """CalculiX writes one half of the unsymmetric matrix of its contact."""
-    path = write_bar(tmp_path, "job", ("1.1", "2.1", "3.1", "4.1"))
-    (tmp_path / "job.inp").write_text(f"*SURFACE INTERACTION,NAME=I\n{word}\n")
-    with pytest.raises(InputError, match=r"job\.sti: .*one half.*job\.inp has \*FRICTION"):
-        read_system(path)
-
-
-@pytest.mark.parametrize("coupling", [-1.8, 1.9, 3.0])
-def test_half_a_matrix_that_is_indefinite_when_completed_is_refused(tmp_path, coupling):
-    """3, 1 and 1 on the diagonal with two couplings to the first: definite below sqrt(1.5)."""
-    text = f"1 1 3\n2 1 {coupling / 1.2}\n3 1 {coupling / 1.2}\n2 2 1\n3 3 1\n"
-    (tmp_path / "K.sti").write_text(text)
-    (tmp_path / "K.dof").write_text("1.1\n2.1\n3.1\n")
-    if abs(coupling / 1.2) > np.sqrt(3):  # more than the diagonal allows: no half of a structure
-        with pytest.raises(InputError, match="nothing says"):
-            read_matrix(tmp_path / "K.sti")
-        return
-    with pytest.raises(InputError, match="1 negative eigenvalues"):
-        read_matrix(tmp_path / "K.sti")
-    assert read_matrix(tmp_path / "K.sti", symmetric=True).matrix.nnz == 7
 
 
 def test_calculix_names_its_rows_in_a_file_beside(tmp_path):

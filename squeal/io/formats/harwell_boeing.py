@@ -15,10 +15,10 @@ from squeal.io.formats.matrix_file import (
     ANY_LETTERS,
     MatrixFile,
     check_indices,
-    complete_triangle,
     has_internal_nodes,
     read_labels,
 )
+from squeal.io.halves import complete_triangle
 
 
 def read_harwell_boeing(path: Path) -> MatrixFile:

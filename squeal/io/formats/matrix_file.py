@@ -239,57 +239,6 @@ def _freedom_number(name: str) -> int:
     return FREEDOMS.get(name) or OTHER_FREEDOMS + zlib.crc32(name.encode())
 
 
-def is_half(matrix: csc_array) -> bool:
-    """True if no entry has another one on the other side of the diagonal.
-
-    The entries need not be one triangle: each may stand on either side.
-    """
-    rows, columns = matrix.tocoo().coords
-    if np.all(rows >= columns) or np.all(rows <= columns):
-        return True
-    off_diagonal = rows != columns
-    pairs = [rows[off_diagonal], columns[off_diagonal]]
-    lower, upper = np.sort(pairs, axis=0).astype(np.int64)
-    # an entry and its mirror image have one code; np.unique takes 20 times as long
-    codes = np.sort(lower * matrix.shape[0] + upper)
-    return bool(np.all(np.diff(codes)))
-
-
-def _symmetry_name(sign: int) -> str:
-    """What files of a sign, 1 or -1, of the mirror image are called."""
-    return "symmetric" if sign > 0 else "skew-symmetric"
-
-
-def mirror_half(matrix: csc_array, sign: int = 1) -> csc_array:
-    """Half a matrix with its mirror image added, the diagonal taken once. Raises ValueError.
-
-    `sign` is 1 for a symmetric matrix, -1 for a skew-symmetric one.
-    """
-    if not is_half(matrix):
-        name = _symmetry_name(sign)
-        raise ValueError(f"a {name} file holds one triangle, and this has entries on both sides")
-    entries = matrix.tocoo()
-    rows, columns = entries.coords
-    off_diagonal = rows != columns
-    both_rows = np.append(rows, columns[off_diagonal])
-    both_columns = np.append(columns, rows[off_diagonal])
-    values = np.append(entries.data, sign * entries.data[off_diagonal])
-    return coo_array((values, (both_rows, both_columns)), shape=matrix.shape).tocsc()
-
-
-def complete_triangle(matrix: csc_array, sign: int) -> csc_array:
-    """A symmetric (1) or skew-symmetric (-1) matrix of which one or both triangles are written.
-
-    Two triangles must agree to the last digit. Raises ValueError.
-    """
-    if is_half(matrix):
-        return mirror_half(matrix, sign)
-    if abs(matrix - sign * matrix.T).max() > 0.0:
-        name = _symmetry_name(sign)
-        raise ValueError(f"a {name} file holds both triangles, and they differ")
-    return matrix
-
-
 def check_indices(matrix: csc_array) -> None:
     """Refuse indices beyond the matrix, and pointers that decrease. Raises ValueError.
 

@@ -13,10 +13,10 @@ from squeal.io.digits import written_decimals, written_digits
 from squeal.io.formats.matrix_file import (
     ANY_LETTERS,
     MatrixFile,
-    mirror_half,
     read_columns,
     sum_entries,
 )
+from squeal.io.halves import mirror_half
 
 LONGEST_SHOWN = 40  # characters of a first line that is no banner
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")

@@ -1,0 +1,230 @@
+"""Half a matrix in a file: told from a whole one by its entries, and completed.
+
+Programs write one triangle of a symmetric matrix, and do not always say so. A matrix of friction
+may look alike: each of its entries, too, stands on one side of the diagonal alone.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import csc_array, diags_array
+
+from squeal.errors import InputError
+from squeal.io.formats.matrix_file import Labels, MatrixFile, has_internal_nodes
+from squeal.linear.matrices import Matrix
+from squeal.schema import Place
+
+FREE_MOTION = 1e-8  # of the diagonal: pivots below are those of a free body
+ONE_SIDED = "no entry has another one on the other side of the diagonal"
+
+
+class Sides(NamedTuple):
+    """What the entries on both sides of a diagonal say of a matrix (n, n): is it half of another?
+
+    An entry is one-sided if no other one, not even a zero in the file, mirrors it across the
+    diagonal. No stiffness or mass of a structure has k_ij^2 > k_ii k_jj, since these matrices are
+    positive semidefinite; friction alone has such entries. Rows of internal nodes, whose numbers
+    are below zero, are exempt: in Abaqus these hold Lagrange multipliers, which have no diagonal.
+
+    Attributes
+    ----------
+    paired : int
+        How many entries off the diagonal are mirrored by another one.
+    one_sided : int
+        How many entries, zeros left out, are not.
+    fitting : int
+        How many one-sided entries half a stiffness or mass may have; none beside a negative
+        diagonal.
+    couples_nodes : bool
+        Whether a one-sided entry couples different nodes, which a whole matrix would do on both
+        sides of the diagonal.
+    resembles_friction : bool
+        Whether one-sided entries in rows with an empty diagonal stand in both triangles, or are the
+        only ones although other rows have a diagonal. Neither holds of a coupling without any
+        diagonal, nor of a Lagrange multiplier in half a structure.
+    """
+
+    paired: int
+    one_sided: int
+    fitting: int
+    couples_nodes: bool
+    resembles_friction: bool
+
+    @property
+    def is_half_of_structure(self) -> bool:
+        """Whether the matrix can only be half of a symmetric stiffness or mass."""
+        return not self.paired and self.fitting == self.one_sided and self.couples_nodes
+
+
+def sides_of(matrix: Matrix, labels: Labels | None = None) -> Sides:
+    """The sides of a matrix (n, n); without labels each row is a node."""
+    whole = csc_array(matrix, copy=True)
+    whole.sum_duplicates()
+    nodes = np.array(labels)[:, 0] if labels else np.arange(whole.shape[0])
+    is_entry = csc_array((np.ones(whole.nnz, bool), whole.indices, whole.indptr), whole.shape)
+    is_one_sided = is_entry > is_entry.T
+    entries = whole.multiply(is_one_sided).tocoo()  # without zeros
+    rows, columns = entries.coords
+    diagonal = whole.diagonal().real
+    is_internal = nodes < 0
+    is_exempt = is_internal[rows] | is_internal[columns]
+    with np.errstate(over="ignore"):
+        fits = is_exempt | (entries.data.real**2 <= diagonal[rows] * diagonal[columns])
+    has_no_negative_diagonal = np.all(diagonal[~is_internal] >= 0.0)
+    is_empty = whole.diagonal() == 0.0
+    is_unsupported = ~is_exempt & (is_empty[rows] | is_empty[columns])
+    is_upper = rows[is_unsupported] < columns[is_unsupported]
+    in_both_triangles = is_upper.any() and not is_upper.all()
+    beside_diagonal = is_unsupported.all() and not is_empty.all()
+    return Sides(
+        paired=whole.nnz - is_entry.diagonal().sum() - is_one_sided.nnz,
+        one_sided=entries.nnz,
+        fitting=int(np.sum(fits & has_no_negative_diagonal)),
+        couples_nodes=bool(np.any(nodes[rows] != nodes[columns])),
+        resembles_friction=bool(in_both_triangles or beside_diagonal),
+    )
+
+
+def mirror_half(matrix: csc_array, sign: int = 1) -> csc_array:
+    """Half a matrix with its mirror image added, the diagonal taken once. Raises ValueError.
+
+    `sign` is 1 for a symmetric matrix, -1 for a skew-symmetric one.
+    """
+    if sides_of(matrix).paired:
+        name = _symmetry_name(sign)
+        raise ValueError(f"a {name} file holds one triangle, and this has entries on both sides")
+    off_diagonal = matrix - diags_array(matrix.diagonal())
+    return csc_array(matrix + sign * off_diagonal.T)
+
+
+def complete_triangle(matrix: csc_array, sign: int) -> csc_array:
+    """A symmetric (1) or skew-symmetric (-1) matrix of which one or both triangles are written.
+
+    Two triangles must agree to the last digit. Raises ValueError.
+    """
+    if not sides_of(matrix).paired:
+        return mirror_half(matrix, sign)
+    if abs(matrix - sign * matrix.T).max() > 0.0:
+        name = _symmetry_name(sign)
+        raise ValueError(f"a {name} file holds both triangles, and they differ")
+    return matrix
+
+
+def _symmetry_name(sign: int) -> str:
+    """What files of a sign, 1 or -1, of the mirror image are called."""
+    return "symmetric" if sign > 0 else "skew-symmetric"
+
+
+def complete(
+    at: Place, matrix: csc_array, file: MatrixFile, symmetric: bool | None
+) -> tuple[csc_array, bool]:
+    """The full matrix of a file that may hold one triangle of it, and whether that is a guess.
+
+    - Declared symmetric, by the user or else by the file: the other triangle is added.
+    - Declared not symmetric: the matrix as it is, with a warning if only the file says so and the
+      matrix looks like one triangle.
+    - Not declared: a matrix with entries on both sides of the diagonal, or on it alone, as it is;
+      one triangle is completed as a guess, with a warning, if it can only be that of a symmetric
+      matrix.
+
+    Parameters
+    ----------
+    at : Place
+        The file, for messages.
+    matrix : csc_array (n, n)
+        The matrix of `file`, checked.
+    symmetric : bool or None
+        Whether the user says that one triangle stands for both, which counts before what the file
+        says; None for nothing.
+
+    Raises
+    ------
+    InputError
+        Where nothing declares one triangle, and it may be that of a symmetric matrix or not; where
+        a matrix declared symmetric is not.
+    """
+    if symmetric is False:
+        return matrix, False
+    declared = file.symmetric if symmetric is None else symmetric
+    sides = sides_of(file.matrix, file.labels)
+    if declared and sides.paired and abs(matrix - matrix.T).max() > 0.0:
+        raise InputError("is not symmetric; symmetric: true is not allowed")
+    if sides.paired or not sides.one_sided:
+        return matrix, False
+    if declared:
+        if symmetric and sides.resembles_friction:
+            at.warn(
+                "entries stand in rows whose diagonal is empty, as of friction, and each is taken "
+                "for both (of friction symmetric: false is right)"
+            )
+        return mirror_half(matrix), False
+    if declared is False:
+        if sides.is_half_of_structure:
+            at.warn(
+                f"{ONE_SIDED}, as in half of a symmetric matrix, and the rest is taken as zero "
+                "(symmetric: true beside the file completes it, symmetric: false confirms it)"
+            )
+        return matrix, False
+    if not (file.labels and sides.is_half_of_structure):
+        raise InputError(
+            f"{ONE_SIDED}, and nothing says whether each stands for both; say it by the key "
+            "symmetric: true or symmetric: false beside the file"
+        )
+    completed = mirror_half(matrix)
+    if Path(at.source).suffix.lower() != ".mas":  # a mass, which friction leaves symmetric
+        _refuse_one_sided(at, completed, file.labels)
+    at.warn(
+        f"{ONE_SIDED}, they couple different nodes, and none is too great for the diagonal; each "
+        "is taken for both (symmetric: false beside the file says otherwise)"
+    )
+    return completed, True
+
+
+def _refuse_one_sided(at: Place, completed: csc_array, labels: Labels) -> None:
+    """Refuse half a matrix that may be the half of an unsymmetric one, as CalculiX writes it.
+
+    It is refused if the input file beside it has friction, or if the completed matrix has negative
+    eigenvalues, which no stiffness or mass of a structure has. Matrices with internal nodes, whose
+    numbers are below zero, may have some: in Abaqus these hold Lagrange multipliers. Raises
+    InputError.
+    """
+    advice = (
+        "friction makes a stiffness unsymmetric, and CalculiX writes one half of it. Export the "
+        "stiffness without friction and the contact as a matrix of its own, or join the bodies as "
+        "components"
+    )
+    deck = Path(at.source).with_suffix(".inp")
+    if deck.is_file():
+        lines = deck.read_text(encoding="latin-1").upper().splitlines()
+        if any(line.startswith("*FRICTION") for line in lines):
+            raise InputError(f"holds one half of a matrix, and {deck.name} has *FRICTION; {advice}")
+    if has_internal_nodes(labels):
+        return
+    negative = negative_pivots(completed)
+    if negative:
+        raise InputError(
+            f"holds one half of a matrix whose completion has {negative} negative eigenvalues, "
+            f"which no structure has; {advice}, or say symmetric: true beside the file"
+        )
+
+
+def negative_pivots(matrix: csc_array) -> int:
+    """The number of negative eigenvalues of a symmetric sparse matrix, by the signs of its pivots.
+
+    They are as many by Sylvester's law of inertia. Those within 1e-8 of the diagonal are taken for
+    the zeros of a free body.
+    """
+    from scipy.sparse.linalg import splu
+
+    shift = diags_array(FREE_MOTION * np.abs(matrix.diagonal()))
+    try:
+        factors = splu(
+            csc_array(matrix + shift),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+    except RuntimeError:  # exactly singular: a row without stiffness says nothing
+        return 0
+    return int(np.count_nonzero(factors.U.diagonal() < 0.0))
