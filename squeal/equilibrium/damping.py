@@ -1,7 +1,5 @@
 """The damping matrix of a pad, which refers to its modes at rest without friction."""
 
-from __future__ import annotations
-
 import dataclasses
 from functools import lru_cache
 

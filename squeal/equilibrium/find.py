@@ -1,7 +1,5 @@
 """Equilibria by search: where pads rest without friction, and all of one pad at its friction."""
 
-from __future__ import annotations
-
 import dataclasses
 import itertools
 from dataclasses import dataclass

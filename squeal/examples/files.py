@@ -1,7 +1,5 @@
 """The files of each example, as `squeal example NAME` writes them."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from collections.abc import Callable

@@ -4,8 +4,6 @@ A record derives from `Answer` and says in `table` what its columns are, each on
 value. Text, HTML, rows, data frames and files follow; the command line prints the same tables.
 """
 
-from __future__ import annotations
-
 import csv
 import html
 import importlib

@@ -7,8 +7,6 @@ What cannot be told from the ends is that two roots meet on the line, or that on
 leaves it at its end.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

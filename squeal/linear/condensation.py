@@ -11,8 +11,6 @@ More powers leave out roots that are far greater than all others, as those of a 
 rounding would hide what others do.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from fractions import Fraction

@@ -9,8 +9,6 @@ the first-order form. What neither grows nor decays lies on a line: the real axi
 leaves it only where two eigenvalues meet on it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

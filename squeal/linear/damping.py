@@ -6,8 +6,6 @@ swept parameter, if all matrices of K that it multiplies are unsymmetric. A fact
 nothing.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import warnings

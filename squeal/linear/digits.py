@@ -8,8 +8,6 @@ differ by so much in all places move a root lambda with vectors x and y by at mo
 to first order. A free motion is a double root at zero, and the square of the root moves there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction

@@ -4,8 +4,6 @@ Each carries its mode shapes, its residual and how far rounding may move it. `ro
 `verdicts` decides whether they are flutter.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field

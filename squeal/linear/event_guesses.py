@@ -4,8 +4,6 @@ One root is predicted by the cubic of its real part. Of two that come close the 
 half difference follow cubics. `events` makes the guesses exact.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

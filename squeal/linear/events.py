@@ -12,8 +12,6 @@ them passes it where m^2 Re d + (Im d)^2 / 4 - m^4 does: the product of their re
 does not vanish. Newton's method finds the zero, the errors of the function its interval.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Systems as functions of one parameter: their matrices at some values, and derivatives by it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Labels of rows: of data frames, and of files."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Hashable, Mapping
 

@@ -1,7 +1,5 @@
 """Verdicts on arrays of systems, for maps: codes that index VERDICTS."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

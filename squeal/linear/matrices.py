@@ -1,7 +1,5 @@
 """The matrices of M q'' + C q' + K q = 0: checked, free of units, their ranks."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache

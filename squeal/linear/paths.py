@@ -4,8 +4,6 @@ Both are read off the eigenvalue paths of the continuation, on which slopes tell
 the next which root is which.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Real modes of a structure without damping and friction: K x = omega^2 M x."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -9,8 +9,6 @@ At a flutter boundary two roots coalesce, and computed real parts are noise of t
 square root of the machine precision, which their rounding bounds.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ what grows is counted between these values (`search`). The verdict changes at ev
 begin or end all growth, and where the faster growth passes from a pair to a real root or back.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterable, Iterator

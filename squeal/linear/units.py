@@ -6,8 +6,6 @@ hides what small ones do. Where rows and columns are alike, coordinates that nor
 units any more.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from squeal.linear.matrices import Array, components, reaches

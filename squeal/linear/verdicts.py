@@ -9,8 +9,6 @@ How far rounding moves a root is computed with it (`roots.root_rounding`). Where
 computed it is a share of |lambda| (`assumed_rounding`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

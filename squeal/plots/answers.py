@@ -1,7 +1,5 @@
 """The figure of each answer: which one is drawn, and how it is saved."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from inspect import signature

@@ -1,7 +1,5 @@
 """The verb `advise`: parameters varied one at a time, and what moves the critical friction."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace

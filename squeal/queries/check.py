@@ -1,7 +1,5 @@
 """What files of matrices hold, before anything is solved that costs: `squeal check`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

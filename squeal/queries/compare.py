@@ -1,7 +1,5 @@
 """Modes of an answer paired with those of another one, or of a test, by frequency and by MAC."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field

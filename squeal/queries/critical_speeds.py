@@ -5,8 +5,6 @@ the speed, also where two modes cross and exchange their ranks: a change of sign
 less a multiple of the speed therefore brackets a critical speed, which Brent's method locates.
 """
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Sequence

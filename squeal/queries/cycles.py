@@ -1,7 +1,5 @@
 """The verb `cycles`: periodic motions of a pad over a parameter, and where sliding is stable."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Sequence

@@ -14,8 +14,6 @@ Frequency shares do too: since lambda scales with time, 2 K dlambda/dK + C dlamb
 all terms of K and C is lambda.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -3,8 +3,6 @@
 The contributions are those of `squeal.queries.energy`, with the mode numbers of the sweep.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

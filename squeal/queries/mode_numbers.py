@@ -1,7 +1,5 @@
 """Numbers of the modes of a sweep, which each mode keeps along the parameter."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The modes of a sweep as paths: which grow, and which other mode each one meets."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ g_i(q) <= t, which is smooth. That is done by sequential quadratic programming w
 derivatives. A large system is searched on a reduced one, and the result computed on the full one.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """The verb `reduce`: a system with the roots of a band or region alone."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from squeal.linear.system import System

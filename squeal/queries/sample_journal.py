@@ -4,8 +4,6 @@ Its first line is the digest of the question. Each further line holds a chunk of
 of its record, a space, and the record, JSON of the chunk's number and its samples.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import astuple

@@ -1,7 +1,5 @@
 """Samples of parameters: the file of spreads, designs in the unit cube, values at its points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

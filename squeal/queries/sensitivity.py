@@ -1,7 +1,5 @@
 """The verb `sensitivity`: what moves the eigenvalues, or the first loss of stability."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal

@@ -1,7 +1,5 @@
 """State spaces of python-control from pads and systems; friction as the gain of a loop."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from typing import NamedTuple

@@ -6,8 +6,6 @@ sample A with its column i replaced by that of B is called AB_i. The result f is
 d + 2 of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

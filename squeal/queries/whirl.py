@@ -12,8 +12,6 @@ bearings may whirl against each other. Which way the shaft turns is told by the 
 couples the two directions across the shaft; if it couples tilts alone, it decides.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

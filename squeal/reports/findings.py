@@ -1,7 +1,5 @@
 """What a report found of a brake, in sentences: what grows, why, and what to change."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -3,8 +3,6 @@
 It is made from the template `squeal/templates/report.html`, which escapes every text.
 """
 
-from __future__ import annotations
-
 import math
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The verb `report`: one page about a brake, what to change, what grows, why and how sure it is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Columns and entries that several answers share, and what is said of a reduced system."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from typing import Any

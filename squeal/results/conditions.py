@@ -1,7 +1,5 @@
 """The operating matrix: what grows at each combination of operating conditions, and how often."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field

@@ -1,7 +1,5 @@
 """The verdict over two parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field

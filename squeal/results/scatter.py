@@ -1,7 +1,5 @@
 """The answer of `scatter`: samples by rising value, their quantiles, shares and Sobol indices."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

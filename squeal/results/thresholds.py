@@ -1,7 +1,5 @@
 """Every change of the verdict, and every crossing of the imaginary axis, in a range."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from operator import attrgetter

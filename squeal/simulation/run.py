@@ -1,7 +1,5 @@
 """A scene simulated: its motion in natural units, and as an answer in SI units."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Callable, Sequence

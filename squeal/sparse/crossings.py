@@ -9,8 +9,6 @@ order in that of the vectors. The vectors of the reduced system are corrected to
 one by inverse iteration and by residuals, with a factor of P.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Sequence

@@ -11,8 +11,6 @@ algorithm is backward stable in M, C and K: what a light mass does to the invers
 roots of the heavy ones no digit.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

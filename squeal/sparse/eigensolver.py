@@ -9,8 +9,6 @@ correct them (residual inverse iteration, Neumaier 1985), until right and left v
 full problem to rounding. One basis gives multiple roots and rigid bodies as the dense problem does.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace

@@ -8,8 +8,6 @@ is located by halving that line with the verdicts of the map; contourpy joins th
 one square.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from functools import partial

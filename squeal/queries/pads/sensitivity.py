@@ -5,8 +5,6 @@ taken; both are in the derivatives below. Damping by ratios or Rayleigh's factor
 damping matrix stays.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

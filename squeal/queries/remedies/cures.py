@@ -13,8 +13,6 @@ values up to there. If something grows at one of these, that value joins those a
 searched.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress

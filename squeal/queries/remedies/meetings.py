@@ -3,8 +3,6 @@
 Real modes x are those of the structure without friction and damping: K x = w^2 M x with x' M x = 1.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Mapping, Sequence

@@ -7,8 +7,6 @@ reduced one; what is named was computed on the full one. The free parameter itse
 below which nothing grows.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress

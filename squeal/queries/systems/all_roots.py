@@ -1,7 +1,5 @@
 """Small systems, of which all eigenvalues are computed: which they are, and the values alone."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

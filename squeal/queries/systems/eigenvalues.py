@@ -1,7 +1,5 @@
 """The verb `eigenvalues` of a system: its roots at one value of the parameter, and the answer."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import Any

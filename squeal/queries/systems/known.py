@@ -1,8 +1,6 @@
 """How precisely a system is known, by the digits of its files, by the reduction of its components
 and by what was assumed of it; and how that qualifies roots, verdicts and thresholds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

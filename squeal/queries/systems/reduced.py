@@ -2,8 +2,6 @@
 of the parameters. `FirstLook` is the modal one, on real modes; `Reduction` the one on full
 solutions; `DispersiveReduction` that for matrices that follow the frequency."""
 
-from __future__ import annotations
-
 import math
 import warnings
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Roots near the ends of a region: by their errors they may lie on either side of an end."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,8 +1,6 @@
 """The seat of contact (its static solution: which pairs are closed, and their forces) in answers
 that vary parameters: it is computed at one value, and held at the others."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

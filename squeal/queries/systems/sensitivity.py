@@ -1,7 +1,5 @@
 """Derivatives of the roots and thresholds of a system, by parameters and by changes of matrices."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress

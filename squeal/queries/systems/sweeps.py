@@ -1,7 +1,5 @@
 """The selected roots of a system at values of its parameter, each mode with one number over all."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Verdicts on roots of systems, of which some only may be known."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
