@@ -360,16 +360,16 @@ def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> lis
     In a Hamiltonian system a root that equals its mirror image lies on the imaginary axis.
     """
     discs = moving_discs(S, half)
-    lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
+    bounds = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
     is_own_image = np.zeros(len(discs.parts), dtype=bool)
     if is_hamiltonian:
         is_own_image = _are_own_images(S, discs, half, -S.centres.conj(), -S.speeds.conj())
     tallies = []
-    for number, part in enumerate(discs.parts):
-        if is_own_image[number] and len(part) == 1:
-            tallies.append([Tally(1, 0.0, 0.0, "axis")])
-            continue
-        tallies.append([_tally(len(part), float(lows[part].min()), float(highs[part].max()))])
+    for is_on_axis, part, (low, high) in zip(is_own_image, discs.parts, bounds, strict=True):
+        tally = _tally(len(part), low, high)
+        if is_on_axis and len(part) == 1:
+            tally = Tally(1, 0.0, 0.0, "axis")
+        tallies.append([tally])
     return tallies
 
 
@@ -392,14 +392,11 @@ def tallies_above(S: NearDiagonal, half: float, are_squares: bool) -> list[Tally
     growing for certain.
     """
     discs = moving_discs(S, half)
-    lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
-    bottoms, tops = _bounds_of(S.centres.imag, S.speeds.imag, discs.radii, half)
+    real_parts = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
+    imaginary_parts = _bounds_of_parts(S.centres.imag, S.speeds.imag, discs, half)
     tallies = []
-    for part in discs.parts:
-        low = float(lows[part].min())
-        high = float(highs[part].max())
-        bottom = float(bottoms[part].min())
-        top = float(tops[part].max())
+    parts = zip(discs.parts, real_parts, imaginary_parts, strict=True)
+    for part, (low, high), (bottom, top) in parts:
         if are_squares:
             slowest = _growth_above(low, high, top)
             # Re i sqrt(s) of the conjugate of s is that of s with the other sign, and its imaginary
@@ -427,12 +424,11 @@ def _growth_above(low: float, high: float, top: float) -> float:
 def tallies_of_squares(S: NearDiagonal, half: float) -> list[list[Tally]]:
     """What all roots lambda do over the interval, of eigenvalues s = -lambda^2 of S, by parts."""
     discs = moving_discs(S, half)
-    lows, highs = _bounds_of(S.centres.real, S.speeds.real, discs.radii, half)
+    real_parts = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
     imaginary_parts = imaginary_bounds(S, discs, half)
     tallies = []
-    for part, imaginary in zip(discs.parts, imaginary_parts, strict=True):
-        low = float(lows[part].min())
-        high = float(highs[part].max())
+    parts = zip(discs.parts, real_parts, imaginary_parts, strict=True)
+    for part, (low, high), imaginary in parts:
         tallies.append(_tallies_of_square(len(part), low, high, imaginary))
     return tallies
 
@@ -479,27 +475,33 @@ def imaginary_bounds(S: NearDiagonal, discs: MovingDiscs, half: float) -> list[I
     mirror image of which meets no other disc, is real. Of two that share a part the discriminant
     decides.
     """
-    bottoms, tops = _bounds_of(S.centres.imag, S.speeds.imag, discs.radii, half)
-    largest = np.maximum(np.abs(bottoms), np.abs(tops))
-    is_off_axis = (bottoms > 0.0) | (tops < 0.0)
+    of_discs = _bounds_of_parts(S.centres.imag, S.speeds.imag, discs, half)
     is_own_image = _are_own_images(S, discs, half, S.centres.conj(), S.speeds.conj())
     bounds = []
-    for number, part in enumerate(discs.parts):
+    parts = zip(is_own_image, discs.parts, of_discs, strict=True)
+    for has_own_image, part, (bottom, top) in parts:
         is_real_pair = len(part) == 2 and bool(S.is_real[part].all())
-        if is_own_image[number] and len(part) == 1:
+        if has_own_image and len(part) == 1:
             bounds.append(ImaginaryBound(never_real=False, largest=0.0))
-        elif is_own_image[number] and is_real_pair and flint is not None:
+        elif has_own_image and is_real_pair and flint is not None:
             bounds.append(_imaginary_bound_of_pair(S, discs, half, part))
         else:
-            never_real = bool(is_off_axis[part].all())
-            bounds.append(ImaginaryBound(never_real, float(largest[part].max())))
+            never_real = bottom > 0.0 or top < 0.0
+            bounds.append(ImaginaryBound(never_real, max(-bottom, top)))
     return bounds
 
 
-def _bounds_of(values: Floats, speeds: Floats, radii: Floats, half: float) -> tuple[Floats, Floats]:
-    """Lower and upper bounds (n,) of values + d speeds +- radii for |d| <= half."""
-    reach = upper(half * np.abs(speeds) + radii, 4) + 2.0 * EPS * np.abs(values)
-    return np.nextafter(values - reach, -np.inf), np.nextafter(values + reach, np.inf)
+def _bounds_of_parts(
+    values: Floats, speeds: Floats, discs: MovingDiscs, half: float
+) -> list[tuple[float, float]]:
+    """Bounds of values + d speeds +- radii for |d| <= half, over all discs of each part."""
+    reach = upper(half * np.abs(speeds) + discs.radii, 4) + 2.0 * EPS * np.abs(values)
+    lows = np.nextafter(values - reach, -np.inf)
+    highs = np.nextafter(values + reach, np.inf)
+    bounds = []
+    for part in discs.parts:
+        bounds.append((float(lows[part].min()), float(highs[part].max())))
+    return bounds
 
 
 def _imaginary_bound_of_pair(
