@@ -1,7 +1,5 @@
 """A printed list of the modes of a band, held against the proved pieces of a large system."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

@@ -9,8 +9,6 @@ error/t^(levels - 1), which gives the discs their least radius, about error^(1/l
 here has to be exact: what a basis lacks widens the discs that are computed with it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

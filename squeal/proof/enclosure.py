@@ -3,8 +3,6 @@
 Strong components come first; without damping the eigenvalues are s = -lambda^2.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace

@@ -3,10 +3,8 @@
 A pad that presses lightly on a stiff surface has a penetration that is a small difference of its
 place and of the surface, and near a fold the place hangs on the last digits of the friction:
 doubles know neither. Newton's method at twice their digits finds the place, Krawczyk's operator
-(see `branches`) proves it, and K follows over the whole box around it. Needs python-flint.
+(see `cells`) proves it, and K follows over the whole box around it. Needs python-flint.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -18,8 +16,8 @@ from squeal.model.contact import State
 from squeal.model.equations import PadModel
 from squeal.model.pad import pose
 from squeal.proof.balls import Ball, Balls, in_doubles
-from squeal.proof.branches import BITS, FRICTION, Balance, factors_of
 from squeal.proof.jets import Functions, Jet
+from squeal.proof.loads import BITS, FRICTION, Balance, factors_of
 
 try:
     import flint
@@ -169,7 +167,7 @@ class _Neighbourhood:
             share, rate = self.balance.fall
             for i, load in enumerate(loads):
                 C[i, 0] = -flint.arb(load.slopes[FRICTION]) * c.mu * share * rate
-        R_n, _ = self.balance.law.normal(c, pose(Functions, tuple(box)), factors_of(state))
+        R_n, _ = self.balance.model.law.normal(c, pose(Functions, tuple(box)), factors_of(state))
         x, y, theta = (float(ball.mid()) for ball in box)
         reaction = float(flint.arb(R_n).mid())
         K = in_doubles((-slopes).tolist())

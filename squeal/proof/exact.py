@@ -8,8 +8,6 @@ the imaginary axis; what is left has none there, so that the sign of each real p
 precision. No tolerance decides anything. Needs python-flint.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -7,8 +7,6 @@ are zero within the data where no entry exceeds its bound. In doubles the roundi
 would hide this bound, so that it is taken in long double.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

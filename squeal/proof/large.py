@@ -8,8 +8,6 @@ for |lambda| <= R, and its Schur complement is the core Y' P X with a radius. Th
 systems does the rest. `docs/proof.md` derives the bounds.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -11,8 +11,6 @@ All that are polynomials of balls along the cells of `branches`. Where their sig
 cell is narrowed, down to the digits of doubles.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -30,7 +28,9 @@ from squeal.proof.balls import (
     in_doubles,
     low_end,
 )
-from squeal.proof.branches import BITS, FRICTION, TAYLOR_ORDER, Cell, PadBranch
+from squeal.proof.branches import PadBranch
+from squeal.proof.cells import TAYLOR_ORDER, Cell, narrower_cell
+from squeal.proof.loads import BITS, FRICTION
 from squeal.proof.pieces import growing_counts
 from squeal.proof.ranges import CANCELS
 from squeal.proof.signs import NARROWEST_PART, Polynomial, Sign, signs
@@ -422,7 +422,9 @@ class _BranchComparison:
             # half the width of the narrow cell in t: somewhat more than half that of the interval
             share = max(0.6 * (high - low), NARROWEST_PART)
             value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
-            narrow = self.branch.narrow(cell, middle=value_of_pivot, half=cell.half * share)
+            narrow = narrower_cell(
+                self.branch.balance, cell, value_of_pivot, half=cell.half * share
+            )
             if narrow is not None:
                 # the same interval in the t of the narrow cell, rounded outwards
                 start = low_end(narrow.t_of(cell.middle + flint.arb(cell.half) * low))

@@ -1,7 +1,5 @@
 """What is proved of the roots of a system: pieces of the plane that hold so many of them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple

@@ -1,7 +1,5 @@
 """The referee: reads a system and a printed answer, and says whether the answer is proved."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace

@@ -3,8 +3,6 @@
 Needs python-flint.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

@@ -132,7 +132,7 @@ def test_maps_and_doubles_alone_give_the_exact_verdict_or_none(scene, monkeypatc
     at = Axis("mu", 0.5 * scene.pad.mu, 1.5 * scene.pad.mu, 1)  # in the middle of its cell
     assert at.values[0] == pytest.approx(scene.pad.mu, rel=1e-15)
     [[code]] = stability_map(scene, (at, Axis("x0", 0.0, 2.0 * scene.pad.x0 or 1e-3, 1))).codes
-    monkeypatch.setattr("squeal.proof.branches.flint", None)
+    monkeypatch.setattr("squeal.proof.loads.flint", None)
     alone = analyse(scene)
     listed = squeal.eigenvalues(scene)
     assert not listed.certified

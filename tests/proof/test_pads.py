@@ -14,7 +14,8 @@ from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping, Scene
 from squeal.model.equations import linearise
 from squeal.model.pad import Pad
-from squeal.proof.branches import BITS, PadBranch
+from squeal.proof.branches import PadBranch
+from squeal.proof.loads import BITS
 from squeal.proof.pads import (
     Claim,
     _BranchComparison,
