@@ -33,7 +33,8 @@ from scipy.sparse import coo_array
 
 from benchmarks.random_pads import scene_of
 from squeal.examples.brake import solid_brake
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from tests.known import known_system
 
 CLOSE = 1e-8  # relative distance of a threshold that counts as found

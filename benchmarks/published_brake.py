@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.io.matrices import read_matrix
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.thresholds import system_thresholds
 from squeal.results.sources import EigenvalueSelection

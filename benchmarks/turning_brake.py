@@ -31,7 +31,8 @@ import squeal
 from benchmarks.large_peers import eigs_near, has_slepc, run_way, write_parts
 from squeal.examples.brake import ROUND, VTK, Geometry, SolidBrake, solid_brake
 from squeal.linear import GROWING
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 
 BAND = (1000.0, 8000.0)  # Hz

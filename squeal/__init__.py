@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from squeal.io.system import SystemFile
     from squeal.io.system_files import read_system
     from squeal.io.writing import Answer, Column, Table
-    from squeal.linear.system import System, Term, TermSystem
+    from squeal.linear.system import System, TermSystem
+    from squeal.linear.terms import Term
     from squeal.model.contact import Formulation
     from squeal.model.pad import Pad
     from squeal.queries.advise import Advice, advise
@@ -88,7 +89,8 @@ _HOMES = {
     "io.scene": "Damping Scene read_scene",
     "io.system": "SystemFile",
     "io.system_files": "read_system",
-    "linear.system": "System Term TermSystem",
+    "linear.system": "System TermSystem",
+    "linear.terms": "Term",
     "model.contact": "Formulation",
     "model.pad": "Pad",
     "reports.report": "Report report",

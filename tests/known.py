@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 
 Threshold = tuple[float, str, str, float]

@@ -20,7 +20,7 @@ from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.io.writing import aligned_text, whole_folder
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.queries.eigenvalues import data_of_pad
 from squeal.queries.pads.equilibrium import DIGITS, analyse
 from squeal.queries.systems.matrices import write_assembly, write_system

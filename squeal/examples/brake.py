@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.io.writing import whole_folder, write_csv, write_text
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.matrices import write_components, write_system
 from squeal.sparse.components import Component

@@ -43,12 +43,12 @@ from squeal.linear.matrices import dense, normalised_system
 from squeal.linear.precision import Precision, half_units
 from squeal.linear.supports import empty_rows_warning, supports_warning
 from squeal.linear.system import (
-    Term,
     TermSystem,
     warn_of_unused_parameters,
     without_empty_rows,
     without_supports,
 )
+from squeal.linear.terms import Term
 from squeal.schema import NOT_NEGATIVE, Place
 
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense

@@ -8,7 +8,7 @@ from squeal.io.system_keys import POWERS, Document
 from squeal.io.tables import read_rising
 from squeal.linear.damping import Damped
 from squeal.linear.moduli import FREQUENCY, Modulus, Table, Tabulated
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.schema import NAME, NOT_NEGATIVE, Place, scalar
 

@@ -18,7 +18,8 @@ from squeal.errors import InputError, InputWarning
 from squeal.linear.matrices import EPS, LARGEST_ASYMMETRY, Array, Matrix, norm_of
 from squeal.linear.moduli import Modulus
 from squeal.linear.real_modes import real_modes
-from squeal.linear.system import System, Term, sum_of_terms
+from squeal.linear.system import System
+from squeal.linear.terms import Term, sum_of_terms
 from squeal.numerics.differentiation import ONE, Formula, Parameters
 
 MOST_DENSE = 2000

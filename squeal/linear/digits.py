@@ -18,7 +18,8 @@ from scipy.sparse import csc_array
 
 from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import EPS, Array, Matrix, dense, norm_of
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula, Parameters
 
 NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double root at zero

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from squeal.errors import InputError
 from squeal.linear.matrices import LARGEST_ASYMMETRY, Matrix
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
+from squeal.linear.terms import Term
 
 RPM = 30.0 / math.pi
 """Revolutions a minute of 1 rad/s."""

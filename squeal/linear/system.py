@@ -1,9 +1,7 @@
-"""Parametrised systems M(p) q'' + C(p) q' + K(p) q = 0: functions of p, or sums of terms.
+"""Parametrised systems M(p) q'' + C(p) q' + K(p) q = 0, each matrix a sum of terms.
 
-A system is any function of one parameter that gives M, C and K.
-
-A factor may be complex and depend on the frequency. Where this has no value of its own, it is that
-of each root, |Im lambda|: the roots are then those of a nonlinear eigenproblem.
+A factor of a term (see `terms`) may depend on the frequency. Where this has no value of its own, it
+is that of each root, |Im lambda|: the roots are then those of a nonlinear eigenproblem.
 """
 
 from __future__ import annotations
@@ -11,153 +9,36 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from squeal.errors import InputError, meant, within_doubles
-from squeal.linear.labels import Label, labels_of, refuse_other_labels, row_name
+from squeal.linear.labels import Label, row_name
 from squeal.linear.matrices import (
     MCK,
     Array,
     Matrix,
     dense,
     dense_matrices,
-    given_matrix,
     has_symmetry,
     is_sparse,
 )
-from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
-from squeal.linear.precision import half_units, precision_of_floats, short_floats
+from squeal.linear.moduli import FREQUENCY, Modulus
 from squeal.linear.supports import support_rows, supports_warning
+from squeal.linear.terms import SystemMatrix, Term, are_terms, read_terms
 from squeal.linear.units import row_units
-from squeal.numerics.differentiation import ONE, Formula, Parameters
+from squeal.numerics.differentiation import Parameters
 from squeal.schema import ANY, TEXT, Place, instance, kind_of
 
 if TYPE_CHECKING:
     from control import StateSpace
 
 
-class SparseMatrix(Protocol):
-    """A SciPy sparse array or matrix."""
-
-    @property
-    def shape(self) -> tuple[int, ...]: ...
-
-    def tocsc(self) -> Any: ...
-
-
-@dataclass(frozen=True, eq=False)
-class Term:
-    """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it.
-
-    `digits` are the significant digits to which its entries are known, None if they are exact.
-    `rounding` is how far rounding may have moved its entries where it was computed from others.
-    `errors` (n, n) are how far digits of data leave each entry open where that is not half a unit
-    of its own last one, as of entries that were computed from such data. What makes a term from
-    others takes all three along: `mapped` and `sum_of_terms`.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> friction = Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("mu / 2"))
-    >>> friction.factor.value({"mu": 0.5})
-    0.25
-    """
-
-    matrix: Matrix = field(repr=False)
-    factor: Formula | Modulus | Tabulated = ONE
-    digits: int | None = None
-    rounding: float = 0.0
-    errors: Matrix | None = field(default=None, repr=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
-        if self.errors is None:
-            return
-        from scipy.sparse import csc_array
-
-        errors = csc_array(self.errors)
-        is_known = np.all((errors.data >= 0.0) & (errors.data < np.inf))
-        if self.digits is None or not is_known:
-            raise InputError(
-                "Term: errors: must be finite numbers of at least 0, with the digits of the data "
-                "beside them"
-            )
-        object.__setattr__(self, "errors", errors)
-
-    @property
-    def data_errors(self) -> Matrix | None:
-        """How far digits of data leave each entry open (n, n), sparse; None of exact entries."""
-        if self.digits is None:
-            return None
-        return half_units(self.matrix, self.digits) if self.errors is None else self.errors
-
-    def mapped(
-        self,
-        change: Callable[[Matrix], Matrix],
-        size: Callable[[Matrix], Matrix] | None = None,
-        factor: Formula | None = None,
-    ) -> Term:
-        """The term with a linear map of its matrix, and what is known of the new entries.
-
-        Parameters
-        ----------
-        change : callable
-            The map, such as that to some of the rows.
-        size : callable, optional
-            From the sizes of entries (n, n) to bounds of the sizes of the new entries: the map with
-            absolute values of its factors, such as |V|' X |V| of V' X V. It is left out for a map
-            that only moves or averages entries.
-        factor : Formula, optional
-            Another factor than that of the term.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> term = Term(np.array([[1.23457, 0.0], [0.0, 1.0]]), digits=6)
-        >>> half = term.mapped(lambda X: X / 2, lambda X: X / 2)
-        >>> half.digits, half.data_errors.toarray()[0, 0].round(9)
-        (6, np.float64(2.5e-06))
-        """
-        from scipy.sparse import eye_array
-
-        errors = self.errors if size is None else self.data_errors
-        rounding = self.rounding
-        if errors is not None:
-            errors = (size or change)(errors)
-        if rounding and size is not None:
-            # all entries may be off by `rounding`: of the map of a matrix of ones the largest entry
-            # is bounded by that of the map of n I, which is sparse (Cauchy and Schwarz)
-            n = self.matrix.shape[0]
-            rounding *= float(size(n * eye_array(n)).max())
-        return Term(change(self.matrix), factor or self.factor, self.digits, rounding, errors)
-
-
-def sum_of_terms(
-    matrix: Matrix, factor: Formula | Modulus | Tabulated, parts: Sequence[tuple[float, Term]]
-) -> Term:
-    """A term whose matrix (n, n) was summed from multiples of others, known as these are.
-
-    parts: the factor of each of these terms, and the term.
-    """
-    digits = [term.digits for _, term in parts if term.digits is not None]
-    errors: Matrix | None = None
-    for weight, term in parts:
-        of_term = term.data_errors
-        if of_term is not None:
-            of_term = abs(weight) * of_term
-            errors = of_term if errors is None else errors + of_term
-    rounding = sum(abs(weight) * term.rounding for weight, term in parts)
-    return Term(matrix, factor, min(digits, default=None), rounding, errors)
-
-
-SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]
-"""A matrix as `System` takes it: one array, arrays by their factors, or terms."""
 CHANGES = instance(Mapping, "a mapping of parameters to values, such as {'mu': 0.3}")
 
 
@@ -244,7 +125,7 @@ class System:
             "C": () if C is None else C,
             "K": K,
         }
-        from_terms = all(map(_are_terms, arguments.values()))
+        from_terms = all(map(are_terms, arguments.values()))
         if not from_terms:  # terms come from readers of files, which check these three
             if parameters is not None:
                 where = Place("System", "parameters")
@@ -260,7 +141,7 @@ class System:
             assumptions=assumptions,
         )
         with within_doubles():
-            parts, labels_of_frames = _read_terms(arguments)
+            parts, labels_of_frames = read_terms(arguments)
             vars(self).update(parts, labels=tuple(labels) or labels_of_frames)
             self._complete_parameters()
             self._check_terms()
@@ -638,57 +519,6 @@ class System:
 
 TermSystem = System
 """The class by the name that it had when `System` was a function."""
-
-
-def _are_terms(matrix: object) -> bool:
-    """True for a matrix that is given as a tuple of terms."""
-    return isinstance(matrix, tuple) and all(isinstance(term, Term) for term in matrix)
-
-
-def _read_terms(
-    matrices: Mapping[str, Any],
-) -> tuple[dict[str, tuple[Term, ...]], tuple[Label, ...]]:
-    """The terms of M, C and K, and the labels of their rows.
-
-    Raises InputError for what is no matrix, and for data frames whose labels differ.
-
-    Parameters
-    ----------
-    matrices : mapping of str to terms, array or mapping of formulas to arrays
-        By the letters M, C and K. Terms are taken as they are, an array has the factor 1.
-
-    Returns
-    -------
-    parts : dict of str to tuple of Term
-        By the same letters.
-    labels : tuple
-        Those of data frames, empty without.
-    """
-    parts: dict[str, tuple[Term, ...]] = {}
-    labels: dict[str, list[Label]] = {}  # of rows and columns, by what messages call them
-    for part, value in matrices.items():
-        if _are_terms(value):
-            parts[part] = value
-            continue
-        has_factors = isinstance(value, Mapping) and not is_sparse(value)
-        arrays = value if has_factors else {"1": value}
-        terms = []
-        with Place("System", part).named():
-            for factor, array in arrays.items():
-                array_labels = labels_of(array)
-                if array_labels is not None:
-                    name = f"{part} {factor}" if has_factors else part
-                    labels[f"index of {name}"] = array_labels[0]
-                    labels[f"columns of {name}"] = array_labels[1]
-                matrix = given_matrix(array, real=part == "M")
-                formula = Formula(TEXT.read(factor, Place("factor")))
-                digits, errors = precision_of_floats(matrix, short_floats(array))
-                terms.append(Term(matrix, formula, digits, errors=errors))
-        parts[part] = tuple(terms)
-    with Place("System").named():
-        refuse_other_labels(labels)
-    first_labels = next(iter(labels.values()), [])  # all others are the same
-    return parts, tuple(first_labels)
 
 
 def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:

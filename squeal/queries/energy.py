@@ -32,7 +32,8 @@ from squeal.linear.matrices import LARGEST_ASYMMETRY, MCK, Array
 from squeal.linear.moduli import Modulus
 from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.model.equations import linearise
 from squeal.queries.systems.sensitivity import at_own_frequency
 from squeal.results.eigenvalues import Eigenvalues

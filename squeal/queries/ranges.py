@@ -19,8 +19,8 @@ from squeal.errors import NO_BALLS, InputError
 from squeal.linear.events import Crossing
 from squeal.linear.matrices import Array, dense, divisor, norm_of
 from squeal.linear.moduli import Modulus, Tabulated
-from squeal.linear.system import Term as SystemTerm
 from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term as SystemTerm
 from squeal.model.equations import PadModel
 from squeal.numerics.differentiation import Formula
 from squeal.proof import AS_GIVEN, HALF_ULP

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike
 from squeal.errors import InputError, meant
 from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import Matrix, is_sparse
-from squeal.linear.system import System, Term, sum_of_terms
+from squeal.linear.system import System
+from squeal.linear.terms import Term, sum_of_terms
 from squeal.linear.verdicts import assumed_rounding
 from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import Place

@@ -20,7 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.errors import InputError
 from squeal.linear.damping import structure_stiffness
 from squeal.linear.matrices import EPS, Matrix, is_sparse, norm_of
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import ANY, POSITIVE, Place, refuse_unit
 from squeal.sparse.factor import Factor, factorise, modes_near

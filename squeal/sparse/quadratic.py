@@ -17,7 +17,8 @@ from squeal.errors import MatrixError
 from squeal.linear.eigen import Eigenvalue, normalised
 from squeal.linear.matrices import EPS, Matrix, divisor, norm_of
 from squeal.linear.roots import ordered, root_rounding
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
 
 if TYPE_CHECKING:

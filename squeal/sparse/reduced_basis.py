@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear.matrices import EPS, Matrix, divisor
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, projected, report_progress

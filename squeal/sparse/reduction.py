@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.matrices import Matrix, divisor, norm_of
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at

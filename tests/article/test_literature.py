@@ -14,7 +14,7 @@ import pytest
 
 from squeal.io.system_files import read_system
 from squeal.linear import complex_eigenvalues, thresholds
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from tests.conftest import ROOT
 from tests.linear.conftest import exact_damped
 

@@ -9,7 +9,8 @@ import scipy.linalg
 
 import squeal
 from benchmarks import calculix_peers
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from tests.conftest import ROOT
 
 pytestmark = [

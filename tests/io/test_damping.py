@@ -12,7 +12,8 @@ import squeal
 from squeal.errors import InputError, InputWarning
 from squeal.io.system_files import read_system
 from squeal.linear.damping import damped
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.queries.systems.matrices import write_system
 
 M = np.array([[2.0, 0.5], [0.5, 1.0]])

@@ -17,7 +17,8 @@ from squeal.errors import InputWarning
 from squeal.io.digits import written_digits
 from squeal.io.matrices import precision_of_file, read_matrix
 from squeal.linear.precision import half_units
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.proof.balls import half_widths
 from tests.data import free_structures
 

@@ -12,7 +12,7 @@ import pytest
 import squeal
 from squeal.errors import InputError
 from squeal.linear import thresholds
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.roots import system_roots
 from squeal.queries.systems.thresholds import system_thresholds

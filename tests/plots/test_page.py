@@ -11,7 +11,7 @@ from scipy.sparse import block_diag
 
 import squeal
 from squeal.errors import InputError
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.plots.campbell import campbell_drawing
 from squeal.plots.damping import COLOURS, damping_drawing

@@ -10,7 +10,8 @@ import pytest
 import squeal
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, read_scene
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
 from squeal.numerics.differentiation import Formula

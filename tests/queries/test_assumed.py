@@ -8,7 +8,8 @@ from scipy.sparse import csc_array, diags_array, eye_array, issparse
 
 import squeal
 from squeal.errors import InputError, InputWarning
-from squeal.linear.system import Term, TermSystem, without_supports
+from squeal.linear.system import TermSystem, without_supports
+from squeal.linear.terms import Term
 from squeal.queries.systems.roots import system_roots
 from squeal.results.sources import EigenvalueSelection
 

@@ -13,7 +13,8 @@ from squeal.examples.brake import solid_brake, write_brake
 from squeal.io.coordinates import Coordinates
 from squeal.io.system import SystemFile
 from squeal.linear.matrices import dense
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from tests.conftest import ROOT
 
 

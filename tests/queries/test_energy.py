@@ -16,7 +16,7 @@ from squeal.errors import InputError
 from squeal.examples.brake import solid_brake
 from squeal.io.system import SystemFile
 from squeal.linear.moduli import Tabulated
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import ONE
 from squeal.queries.energy import named_terms, pad_terms
 from squeal.results.sources import PadSource

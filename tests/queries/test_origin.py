@@ -14,7 +14,8 @@ import squeal
 from squeal.cli.main import main
 from squeal.io.matrices import write_matrix
 from squeal.linear.damping import damped
-from squeal.linear.system import Term, TermSystem, sum_of_terms, without_supports
+from squeal.linear.system import TermSystem, without_supports
+from squeal.linear.terms import Term, sum_of_terms
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.matrices import write_components, write_system
 from squeal.queries.systems.sensitivity import with_matrices

@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 import squeal
 from squeal.errors import ComputationError, MatrixError
 from squeal.linear.eigen import spectrum_of
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.queries.systems import roots
 from squeal.queries.systems.roots import system_roots
 from squeal.results.sources import EigenvalueSelection

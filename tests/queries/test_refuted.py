@@ -10,7 +10,7 @@ from scipy import sparse
 import squeal
 from squeal.io.scene import Scene
 from squeal.linear.moduli import Modulus
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.model.contact import State
 from squeal.numerics.differentiation import Formula
 from squeal.results.sources import PadSource

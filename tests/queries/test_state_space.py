@@ -8,7 +8,7 @@ import squeal
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.scene import Damping
 from squeal.linear.moduli import Tabulated
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import ONE
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.state_space import state_space

@@ -10,7 +10,8 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 import squeal
 from squeal.errors import InputError
 from squeal.linear.bends import unseen_factor
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems import all_roots
 from squeal.queries.systems import thresholds as critical

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 
 ROWS = 6

@@ -6,7 +6,8 @@ from scipy.sparse import block_diag, csc_array
 
 import squeal
 from squeal.errors import ComputationError, InputError
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.sparse import singular_stiffness as static
 from squeal.sparse.argument_principle import Rectangle

@@ -8,7 +8,7 @@ import pytest
 import squeal
 from squeal.errors import InputError, InputWarning
 from squeal.linear import GROWING
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.reduced import reduced_for
 from squeal.results.sources import EigenvalueSelection

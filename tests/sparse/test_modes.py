@@ -8,7 +8,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import ComputationError
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.sparse import argument_principle, eigensolver
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
 from squeal.sparse.dense import dense_values, roots_at

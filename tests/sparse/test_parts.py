@@ -8,7 +8,8 @@ import pytest
 from scipy.linalg import eig
 from scipy.sparse import csc_array, diags_array
 
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _is_same
 from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, rough_roots_near

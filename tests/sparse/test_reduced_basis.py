@@ -8,7 +8,7 @@ import pytest
 from scipy.sparse import csc_array, diags_array
 
 import squeal
-from squeal.linear.system import Term
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.results.sources import SystemSource
 from squeal.sparse import reduced_basis

@@ -6,7 +6,8 @@ from scipy.sparse import csc_array
 
 from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.reduced import reduced_for
 from squeal.results.sources import EigenvalueSelection

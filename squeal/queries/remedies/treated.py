@@ -18,7 +18,8 @@ from squeal.linear.damping import bordered, structure_stiffness
 from squeal.linear.functions import SystemFunction, matrices_of
 from squeal.linear.matrices import MCK, Array, Matrix, dense, divisor
 from squeal.linear.roots import ComplexArray
-from squeal.linear.system import System, Term
+from squeal.linear.system import System
+from squeal.linear.terms import Term
 from squeal.linear.verdicts import assumed_rounding, is_undamped
 from squeal.queries.energy import pad_terms
 from squeal.queries.options import Band

@@ -14,7 +14,8 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.matrices import EPS, Matrix, dense, norm_of, unit_diagonal
 from squeal.linear.moduli import Modulus, Tabulated
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.schema import document_text
 from squeal.sparse.components import Component

@@ -21,7 +21,8 @@ from squeal.linear.labels import labels_of, refuse_other_labels
 from squeal.linear.matrices import MCK, Array, given_matrix
 from squeal.linear.precision import precision_of_floats, short_floats
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
+from squeal.linear.terms import Term
 from squeal.linear.verdicts import ACCEPTED
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.known import digits_of_files
