@@ -66,7 +66,10 @@ def _read_parts(path: Path, subject: "Scene | SystemFile") -> dict[str, list[int
     parts: dict[str, list[int]] = {}
     _, lines = read_table(path, ("part", head))
     for at, line in lines:
-        rows = parts.setdefault(line["part"].strip(), [])
+        part = line["part"].strip()
+        if not part:
+            raise (at / "part").must_be("", "the name of a part")
+        rows = parts.setdefault(part, [])
         name = line[head].strip()
         if coordinates is None:
             rows.append(row_in(name, at / head, count))

@@ -4,7 +4,7 @@ import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import zip_longest
+from itertools import product, zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -372,6 +372,7 @@ def _face_contact(
 POINT_COLUMNS = ("point", "first", "first_weight", "second", "second_weight")
 NORMAL_COLUMNS = ("nx", "ny", "nz")
 PLACE_COLUMNS = ("x", "y", "z")
+WEIGHT_ROUNDING = 1e-3  # of printed weights of a point: by so much their sum may exceed 1
 
 
 def _table_of_pairs(path: Path) -> dict[str, Any]:
@@ -387,9 +388,7 @@ def _table_of_pairs(path: Path) -> dict[str, Any]:
     heads = lines[0].cells.keys()
     arguments: dict[str, Any] = {}
     if "point" in heads:
-        for head in POINT_COLUMNS:
-            if head not in heads:
-                raise at.refuse(f"no column {head}; it is needed beside point")
+        at, lines = read_table(path, POINT_COLUMNS)  # again: refuses a table that lacks a column
         used = {*POINT_COLUMNS}
         if heads >= set(PLACE_COLUMNS):
             used.update(PLACE_COLUMNS)
@@ -397,7 +396,7 @@ def _table_of_pairs(path: Path) -> dict[str, Any]:
     else:
         used = {"first", "second"}
         arguments["pairs"] = [(line.cells["first"], line.cells["second"]) for line in lines]
-        pair_lines = lines
+        pair_lines = [[line] for line in lines]
     for head in ("area", "gap"):
         if head in heads:
             arguments[head] = _numbers(pair_lines, [head]).ravel()
@@ -414,32 +413,40 @@ def _table_of_pairs(path: Path) -> dict[str, Any]:
     return arguments
 
 
-def _numbers(lines: Sequence[Line], heads: Sequence[str]) -> NDArray[np.float64]:
-    """The numbers (lines, heads) in some columns of a table. Raises InputError."""
+def _numbers(lines_of_rows: Sequence[Sequence[Line]], heads: Sequence[str]) -> NDArray[np.float64]:
+    """The numbers (rows, heads) in some columns of a table.
+
+    A row may have several lines, which repeat the cells of the first or leave them empty. Raises
+    InputError.
+    """
     rows = []
-    for line in lines:
-        rows.append([number_in(line.cells[head], line.at / head) for head in heads])
+    for lines in lines_of_rows:
+        row: dict[str, float] = {}
+        for line, head in product(lines, heads):
+            at = line.at / head
+            number = number_in(line.cells[head].strip() or lines[0].cells[head], at)
+            if number != row.setdefault(head, number):
+                raise at.refuse(f"{number:g} is not allowed; the first line has {row[head]:g}")
+        rows.append(list(row.values()))
     return np.array(rows)
 
 
-def _points(lines: Sequence[Line]) -> tuple[ContactPoints, list[Line]]:
-    """The contact points of a table that has a line for each node of a point.
-
-    Returns them with the first line of each, which says what is known of the point itself. Raises
-    InputError.
-    """
+def _points(lines: Sequence[Line]) -> tuple[ContactPoints, list[list[Line]]]:
+    """The contact points of a table that has a line for each node of a point, and the lines of
+    each. Raises InputError."""
     lines_by_point: dict[str, list[Line]] = defaultdict(list)
     for line in lines:
-        lines_by_point[line.cells["point"].strip()].append(line)
+        name = line.cells["point"].strip()
+        if not name:
+            raise (line.at / "point").must_be("", "the name of a point")
+        lines_by_point[name].append(line)
     lines_of_points = list(lines_by_point.values())
-    first_lines = [lines_of_point[0] for lines_of_point in lines_of_points]
     first, first_weights = _nodes_of_points(lines_of_points, "first")
     second, second_weights = _nodes_of_points(lines_of_points, "second")
     places = None
     if lines[0].cells.keys() >= set(PLACE_COLUMNS):
-        places = _numbers(first_lines, PLACE_COLUMNS)
-    points = ContactPoints(first, second, first_weights, second_weights, places)
-    return points, first_lines
+        places = _numbers(lines_of_points, PLACE_COLUMNS)
+    return ContactPoints(first, second, first_weights, second_weights, places), lines_of_points
 
 
 def _nodes_of_points(
@@ -447,30 +454,39 @@ def _nodes_of_points(
 ) -> tuple[NDArray[np.str_], NDArray[np.float64]]:
     """Labels and weights (points, a) of the nodes of each point on the side `first` or `second`.
 
-    a is the largest number of nodes that a point has; one of fewer repeats its first node with a
-    weight of 0. Raises InputError.
+    a is the largest number of nodes that a point has; one of fewer has empty labels of weight 0. A
+    weight without a label is of nodes that do not move. Raises InputError.
     """
     labels: list[list[str]] = []
     weights: list[list[float]] = []
     head = f"{side}_weight"
     for lines_of_point in lines_of_points:
-        with_node = [line for line in lines_of_point if line.cells[side].strip()]
-        if not with_node:
-            raise lines_of_point[0].at.refuse(f"its point has no node in the column {side}")
-        labels.append([line.cells[side].strip() for line in with_node])
-        weights.append([number_in(line.cells[head], line.at / head) for line in with_node])
-    most = max(map(len, labels))
-    for point_labels, point_weights in zip(labels, weights, strict=True):
-        missing = most - len(point_labels)
-        point_labels += [point_labels[0]] * missing
-        point_weights += [0.0] * missing
-    return np.array(labels), np.array(weights)
+        at = lines_of_point[0].at
+        weight_of_node: dict[str, float] = defaultdict(float)
+        for line in lines_of_point:
+            label = line.cells[side].strip()
+            text = line.cells[head].strip()
+            if label or text:
+                weight_of_node[label] += number_in(text, line.at / head)
+        if not weight_of_node:
+            raise at.refuse(f"its point has no node in the column {side}")
+        total = sum(weight_of_node.values())
+        if abs(total) > 1.0 + WEIGHT_ROUNDING:
+            raise at.refuse(f"{head} of its point adds up to {total:g}; -1 to 1 is allowed")
+        if "" in weight_of_node:
+            weight_of_node[""] = 0.0
+        labels.append(list(weight_of_node))
+        weights.append(list(weight_of_node.values()))
+    padded_labels = [*zip_longest(*labels, fillvalue="")]  # (a, points)
+    padded_weights = [*zip_longest(*weights, fillvalue=0.0)]
+    return np.array(padded_labels).T, np.array(padded_weights).T
 
 
 def write_points(path: Path, contact: Contact) -> None:
     """The points of a contact between faces as the table that `pairs` names.
 
     A point has as many lines as the side of more nodes; what is known of the point stands in each.
+    The weight of nodes that do not move stands beside no node, so that all weights add up to 1.
     """
     points = contact.pairs
     rows: list[list[object]] = []
@@ -479,10 +495,11 @@ def write_points(path: Path, contact: Contact) -> None:
         for number in (0, 1):
             labels, weights = points.side(number)
             used = np.flatnonzero(weights[i])
-            if not len(used):  # a point of nodes that do not move
-                used = np.array([0])
-            used_weights = weights[i, used].tolist()
-            nodes_of_sides.append(zip(labels[i, used].tolist(), used_weights, strict=True))
+            nodes = [*zip(labels[i, used].tolist(), weights[i, used].tolist(), strict=True)]
+            unmoved = 1.0 - weights[i].sum()
+            if abs(unmoved) > WEIGHT_ROUNDING:
+                nodes.append(("", unmoved))
+            nodes_of_sides.append(nodes)
         of_point = [contact.area[i], *contact.normal[i], *points.places[i]]
         for first, second in zip_longest(*nodes_of_sides, fillvalue=("", "")):
             rows.append([i + 1, *first, *second, *of_point])

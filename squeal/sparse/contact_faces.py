@@ -35,7 +35,7 @@ class ContactPoints:
     Parameters
     ----------
     first, second : array_like of str (m, a) and (m, b)
-        Labels of the nodes of the first and of the second component.
+        Labels of the nodes of the first and of the second component; "" is none, of weight 0.
     first_weights, second_weights : array_like (m, a) and (m, b)
         The displacement of a point is the sum of weight times displacement over its nodes. On
         either side the weights of a point add up to one, less those of nodes that do not move.
@@ -71,7 +71,8 @@ class ContactPoints:
 
     def name_of(self, point: int) -> str:
         """The nodes of a point, for messages."""
-        return ", ".join(dict.fromkeys([*self.first[point], *self.second[point]]))
+        labels = dict.fromkeys([*self.first[point], *self.second[point]])
+        return ", ".join(filter(None, labels))
 
 
 class FaceContact(NamedTuple):

@@ -10,8 +10,10 @@ import pytest
 import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
+from squeal.io.components import _table_of_pairs, write_points
 from squeal.sparse.contact_faces import (
     SHAPES,
+    ContactPoints,
     Surface,
     _quad_rule,
     _triangle_rule,
@@ -304,6 +306,56 @@ def test_places_of_points_are_used_only_together(plates, places, is_unused, recw
     columns = places.replace(",", ", ")
     words = f"columns {columns}: no use is made of them"
     assert any(words in str(warning.message) for warning in recwarn) == is_unused
+
+
+def read_points(folder, *lines, more=""):
+    """The points and areas that a table of lines gives."""
+    head = f"point,first,first_weight,second,second_weight{more}"
+    path = folder / "points.csv"
+    path.write_text("\n".join([head, *lines]))
+    return _table_of_pairs(path)
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        # a blank point counted as a point of that name: three points, of which this is the second
+        (("1,a,.5,c,.5,1", ",b,.5,d,.5,1"), "line 3.point: '' is not allowed; .* name of a point"),
+        (("1,a,7,c,1,1",), "line 2: first_weight of its point adds up to 7; -1 to 1 is allowed"),
+        (("1,a,1,c,.6,1", "1,,,d,.6,"), "second_weight of its point adds up to 1.2"),
+        (("1,a,1,c,-7,1",), "adds up to -7"),
+        (("1,a,.5,c,1,1", "1,b,.5,,,9"), "line 3.area: 9 is not allowed; the first line has 1"),
+        (("1,a,.5,c,1,1", "1,b,.5,,,x"), "line 3.area: 'x' is not allowed"),
+    ],
+)
+def test_a_table_of_points_that_says_two_things_is_refused(tmp_path, lines, words):
+    with pytest.raises(InputError, match=words):
+        read_points(tmp_path, *lines, more=",area")
+
+
+def test_lines_of_a_point_repeat_its_area_or_leave_it_out(tmp_path):
+    lines = ("1,a,.5,c,1,1e-4", "1,b,.5,,,", "2,a,.333,c,1,2", "2,b,.667,,,2.0")
+    arguments = read_points(tmp_path, *lines, more=",area")
+    assert arguments["area"].tolist() == [1e-4, 2.0]
+    assert arguments["pairs"].first_weights.tolist() == [[0.5, 0.5], [0.333, 0.667]]
+
+
+def test_points_beside_held_nodes_are_read_as_they_were_written(tmp_path):
+    """In the middle of a face of 8 nodes the corners weigh -1/4, the middles 1/2 each."""
+    points = ContactPoints(
+        first=np.array([["a", "b"], ["a", "b"]]),
+        second=np.array([["5", "6", "7", "8"]] * 2),
+        first_weights=np.array([[0.4, 0.35], [0.0, 0.0]]),
+        second_weights=np.array([[0.5] * 4, [0.25] * 4]),
+        places=np.zeros((2, 3)),
+    )
+    contact = squeal.Contact(("one", "two"), points, [(0, 0, 1)] * 2, 5.0, [1.0, 2.0], bonded=True)
+    write_points(tmp_path / "points.csv", contact)
+    read = _table_of_pairs(tmp_path / "points.csv")["pairs"]
+    assert read.first_weights[:, :2] == pytest.approx(points.first_weights)
+    assert read.nodes(0).tolist() == ["a", "b"]
+    assert read.name_of(1) == "5, 6, 7, 8"
+    assert read.second_weights[:, :4] == pytest.approx(points.second_weights)
 
 
 @pytest.mark.parametrize("size", [3, 4, 6, 8])

@@ -377,13 +377,18 @@ def test_parts_store_the_energy(capsys, tmp_path):
     text += "{matrix: [[0, 1.3333333333333333], [0, 0]], factor: mu}]\n"
     (tmp_path / "pair.yaml").write_text(text)
     (tmp_path / "parts.csv").write_text("part,row\nleft,1\nright,2\n")
-    (tmp_path / "wrong.csv").write_text("part,row\nleft,3\n")
     code, out, _ = run(capsys, "report", tmp_path / "pair.yaml", "--parts", tmp_path / "parts.csv")
     assert code == 0
     assert words in out
-    code, _, err = run(capsys, "report", tmp_path / "pair.yaml", "--parts", tmp_path / "wrong.csv")
-    assert code == 2
-    assert "row: 3 is not allowed; it must be a whole number from 1 to 2" in err
+    for line, refusal in (
+        ("left,3", "row: 3 is not allowed; it must be a whole number from 1 to 2"),
+        (" ,2", "part: '' is not allowed; it must be the name of a part"),
+    ):
+        wrong = tmp_path / "wrong.csv"
+        wrong.write_text(f"part,row\nleft,1\n{line}\n")
+        code, _, err = run(capsys, "report", tmp_path / "pair.yaml", "--parts", wrong)
+        assert code == 2
+        assert refusal in err
 
 
 @pytest.mark.parametrize("damping", [0.244, 0.246])
