@@ -9,6 +9,7 @@ import squeal
 from squeal.errors import InputError, InputWarning
 from squeal.io.matrices import write_matrix
 from squeal.io.system_files import read_system
+from squeal.queries.systems.matrices import write_system
 
 SHORT = """\
 name: example
@@ -251,3 +252,22 @@ def test_a_parameter_that_enters_no_matrix_is_named(read, parameters, words):
         read(text + f"parameters: {{{parameters}}}\n")
     with pytest.warns(InputWarning, match="System: parameters: .* mju; mu = 0 is taken"):
         squeal.System(M, K={"1": K0, "mu": K1}, parameters={"mju": 0.4})
+
+
+@pytest.mark.parametrize(
+    ("K", "parameters", "parameter"),
+    [
+        ({"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}, {"mu": 0.3}, "p"),
+        ([[2, -1], [-1, 2]], {}, "speed"),
+        ([[2, -1], [-1, 2]], {}, "mu"),
+        ({"1 + p": [[2, -1], [-1, 2]]}, {"p": 0.0}, "mu"),
+        ({"1 + mu": [[2, -1], [-1, 2]]}, {}, "mu"),
+    ],
+)
+def test_a_written_system_is_read_with_its_parameters(tmp_path, K, parameters, parameter):
+    """An unused free parameter of value 0 was left out, and mu took its place on reading."""
+    system = squeal.System([[1, 0], [0, 1]], None, K, parameters, parameter=parameter)
+    write_system(tmp_path, system, "mtx")
+    read = squeal.read_system(tmp_path / "system.yaml").system
+    assert read.parameter == parameter
+    assert read.parameters == system.parameters

@@ -153,11 +153,11 @@ def _keys_beside_matrices(system: TermSystem) -> dict[str, Any]:
     if system.assumptions:
         document["assumptions"] = list(system.assumptions)
     parameters = {}
-    for name, value in system.parameters.items():
-        # a file without the key `parameter` is read with a free parameter of value 0 that no matrix
-        # depends on; such a parameter is not written
-        is_default = name == system.parameter and name not in system.names and value == 0.0
-        if name not in system.follows and not is_default:
+    for name, value in system.given.items():
+        # a file that names no free parameter is read with one that is called mu, of value 0: it is
+        # left out where this is it and no matrix depends on it
+        is_default = name == system.parameter == "mu" and name not in system.names and value == 0.0
+        if not is_default:
             parameters[name] = value
     if parameters:
         document["parameters"] = parameters
