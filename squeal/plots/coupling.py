@@ -328,21 +328,25 @@ def sweep_drawing(
 
 
 def _draw_modes(panels: _Panels, roots: _Roots) -> None:
-    """Draw a line for each numbered mode, and all roots as dots, red where they grow.
+    """Draw lines of the numbered modes, and all roots as dots, red where they grow.
 
-    A mode that grows nowhere is pale, and so are its roots; its line is drawn below the others.
+    A mode is a line, two where it has two real roots. One that grows nowhere is pale, and so are
+    its roots; its lines are drawn below the others.
     """
-    growing_modes = np.unique(roots.numbers[roots.grow])  # at some value
+    growing_modes = np.unique(roots.numbers[roots.grow & (roots.numbers > 0)])  # at some value
     is_pale = ~np.isin(roots.numbers, growing_modes) & ~roots.grow
     curves = ((panels.upper, roots.values.imag / math.tau), (panels.lower, roots.values.real))
+    order = np.lexsort((-roots.values.real, roots.at))  # by rising parameter and falling growth
     for mode in np.unique(roots.numbers[roots.numbers > 0]).tolist():
-        of_mode = np.flatnonzero(roots.numbers == mode)
-        rising = of_mode[np.argsort(roots.at[of_mode])]
-        for axes, y in curves:
-            grows = mode in growing_modes
+        grows = mode in growing_modes
+        rising = order[roots.numbers[order] == mode]
+        # of two real roots at one value the second, which grows more slowly
+        is_slower = np.diff(roots.at[rising], prepend=math.nan) == 0.0
+        lines = filter(len, (rising[~is_slower], rising[is_slower]))
+        for line, (axes, y) in itertools.product(lines, curves):
             axes.plot(
-                roots.at[rising],
-                y[rising],
+                roots.at[line],
+                y[line],
                 lw=0.7,
                 color="0.25" if grows else PALE,
                 zorder=2 if grows else 1.5,

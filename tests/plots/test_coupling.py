@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.plots.coupling import sweep_drawing
+from squeal.plots.coupling import _draw_modes, _panels, _Roots, sweep_drawing
 
 
 def artists(figure, gid):
@@ -39,6 +39,33 @@ def test_the_background_changes_at_the_threshold_and_the_growing_mode_is_said():
         assert frequency[-1] == pytest.approx(omega / (2 * np.pi), rel=1e-9)
     (shaded, *_) = artists(sweep_drawing("pair", sweep).figure, "flutter")
     assert shaded.get_x() == min(s.value for s in sweep.steps if s.value > 0.75 + 1e-12)
+
+
+def test_a_mode_with_two_real_roots_is_two_lines():
+    """s^2 + c s + 1 has the roots -c/2 +- sqrt(c^2/4 - 1), real from c = 2 on."""
+    C = {"c": np.diag([1.0, 0.1])}
+    damped = squeal.System(np.eye(2), C, np.diag([1.0, 3.0]), {"c": 3.0}, parameter="c")
+    figure = sweep_drawing("damped", squeal.sweep(damped, np.linspace(2.5, 4.0, 7).tolist())).figure
+    upper, _, lower, _ = figure.axes
+    assert [line.get_gid() for line in upper.lines] == ["mode 1", "mode 1", "mode 2"]
+    faster, slower = (line for line in lower.lines if line.get_gid() == "mode 1")
+    for line, sign in ((faster, 1.0), (slower, -1.0)):
+        c = np.asarray(line.get_xdata(), dtype=float)
+        rates = np.asarray(line.get_ydata(), dtype=float)
+        assert c == pytest.approx(np.linspace(2.5, 4.0, 7))
+        assert rates == pytest.approx(-c / 2.0 + sign * np.sqrt(c**2 / 4.0 - 1.0))
+
+
+def test_roots_without_a_number_are_dark_only_where_they_grow():
+    """Roots without a number are no common mode: the one that grows is red, all others are pale."""
+    at = np.repeat([0.0, 1.0, 2.0], 2)
+    values = np.array([1j, 2j - 0.1, 1j + 0.1, 2j - 0.1, 1j, 2j - 0.1])
+    grow = values.real > 0.0
+    roots = _Roots(at, values, grow, np.zeros(6, dtype=int))
+    panels = _panels("mu", roots, (0.0, 2.0))
+    _draw_modes(panels, roots)
+    pale, dark, red = (np.size(dots.get_offsets()) // 2 for dots in panels.upper.collections)
+    assert (pale, dark, red) == (5, 0, 1)
 
 
 def test_the_axis_of_growth_follows_what_grows():
