@@ -26,7 +26,7 @@ from squeal.queries.mode_paths import is_growing
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.queries.whirl import whirl_direction
-from squeal.schema import Positive, public
+from squeal.schema import Place, Positive, public
 from squeal.sparse.dense import CLUSTER_DISTANCE, dense_values, roots_at
 from squeal.sparse.reduction import SPURIOUS_RESIDUAL, Reduction
 
@@ -36,7 +36,7 @@ FEW_STEPS = 100  # where each costs much, as of more than `FEW_ROWS`
 SAMPLES = 9  # speeds at which a reduced system is exact
 WELL_DAMPED = 0.2  # damping ratio above which a peak needs no margin
 TINY = 1e-12  # damping ratio of an undamped mode, so that 1 / (2 zeta) is finite
-SAME = 1e-9  # of the range: crossings no further apart are of modes of one frequency
+SAME = 1e-9  # of the range or of the highest frequency: speeds or frequencies that rounding parts
 
 
 @dataclass(frozen=True)
@@ -119,14 +119,24 @@ class CampbellDiagram:
     def crossings(self, speeds: Array, order: float) -> list[tuple[float, int]]:
         """The pairs of speed and rank at which a frequency is `order` times the speed.
 
-        speeds (m,): rising; between neighbours a change of sign of `gap` is searched. Raises
-        InputError where the number of roots changes.
+        speeds (m,): rising; between neighbours a change of sign of `gap` is searched. Where a
+        frequency stays the multiple of the speed there is none: a warning names these speeds.
+        Raises InputError where the number of roots changes.
         """
         roots = [self.ranked_roots(speed) for speed in speeds.tolist()]
         if len(set(map(len, roots))) > 1:
             raise InputError("M: must be singular at all speeds of the range, or at none of them")
         frequencies = np.array(roots).imag
         gaps = frequencies - order * speeds[:, None]
+        is_at_multiple = np.abs(gaps) <= SAME * frequencies.max()
+        follows = is_at_multiple[:-1] & is_at_multiple[1:]
+        if follows.any():
+            followed = speeds[:-1][follows.any(axis=1)]
+            Place(self.system.name).warn(
+                f"from {followed[0]:g} to beyond {followed[-1]:g} rad/s a frequency stays "
+                f"{order:g} times the speed: all speeds there are critical, none is listed"
+            )
+        gaps[:-1][follows] = gaps[1:][follows] = math.nan  # signs there are rounding
         crossings = []
         for k, rank in np.argwhere(gaps == 0.0).tolist():
             crossings.append((float(speeds[k]), rank))
@@ -274,7 +284,10 @@ class CriticalSpeeds(Answer):
         orders = ", ".join(f"{order:g}x" for order in self.orders)
         head = f"{self.name}: {len(self.critical)} critical speeds ({orders})"
         step = self.speeds[1] - self.speeds[0]
-        doubt = f"two crossings of one mode within {step:.3g} rad/s of each other may be missed"
+        doubt = (
+            "a multiple that a mode touches, or two crossings of one mode within "
+            f"{step:.3g} rad/s of each other, may be missed"
+        )
         return [head, self.table(), doubt]
 
     def to_dict(self) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from scipy.sparse import csc_array, diags_array
 
 import squeal
 from squeal.cli.main import main
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.examples.files import Size, write_example
 from tests.queries.test_energy import rotor
 
@@ -90,6 +90,19 @@ def test_a_frequency_that_rises_from_rest_meets_the_speed():
     exact = np.sort(np.roots([401.0, -1600.0, 1600.0 - k]).real)
     answer = squeal.critical_speeds(system, 2.2)
     assert [one.speed for one in answer.critical] == pytest.approx(exact, rel=1e-10)
+
+
+@pytest.mark.parametrize("ratio", [2.0, 1.7])
+def test_a_frequency_that_is_the_multiple_at_all_speeds_is_warned_of(ratio):
+    """A free disc tilts with Jp / Jd times the speed; rounding gave hundreds of crossings."""
+    G = np.zeros((3, 3))
+    G[:2, :2] = ratio * SPIN
+    K = np.diag([0.0, 0.0, 49.3])
+    disc = squeal.System(np.eye(3), {"speed": G}, K, parameter="speed", name="disc")
+    with pytest.warns(InputWarning, match=rf"from 0 to beyond 19.95 .* {ratio:g} times"):
+        answer = squeal.critical_speeds(disc, 20.0, orders=(1.0, ratio))
+    assert [one.speed for one in answer.critical] == pytest.approx([np.sqrt(49.3)], rel=1e-12)
+    assert "a multiple that a mode touches" in str(answer)
 
 
 def test_an_overhung_disc_has_the_speeds_of_stodola_and_green():
