@@ -339,3 +339,12 @@ def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more():
             model = scene.replace(mu=mu, alpha1=alpha1).pad_model
             gaps = model.gaps(np.array(sliding_equilibrium(model)[0].q))
             assert np.abs(gaps).min() < 1e-9 * scene.pad.w
+
+
+def test_an_unknown_quantity_is_refused_before_the_map_is_computed(monkeypatch):
+    monkeypatch.setattr(maps, "on_grid", None)
+    scene = read_scene(ROOT / "workflow" / "scenes" / "b3.yaml")
+    with pytest.raises(
+        squeal.InputError, match=r"quantity: 'grwth' is not allowed; it must be one"
+    ):
+        stability_map(scene, angle_axes(5), "grwth")

@@ -25,7 +25,7 @@ from squeal.model.pad import PARAMETERS
 from squeal.queries.pads.stack import STABLE_OR_MARGINAL, Names, PadStack, parameters, verdicts
 from squeal.results.map import Axis, Map
 from squeal.results.sources import PadSource
-from squeal.schema import Place
+from squeal.schema import Place, Word
 
 MARGINAL = VERDICTS.index("marginal")
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
@@ -191,9 +191,11 @@ def on_grid(
 def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
     """Refuse axes that a map cannot have.
 
-    Raises InputError for a parameter that the scene does not use, for values that it may not take,
-    for one parameter twice, and for the critical friction over friction.
+    Raises InputError for a parameter that the scene does not use, values that it may not take,
+    one parameter twice, an unknown quantity, and the critical friction over friction.
     """
+    if quantity is not None:
+        Word(tuple(QUANTITIES)).read(quantity, Place("quantity"))
     allowed = parameters(scene.pad_model)
     at = Place("Axis")
     names = [axis.name for axis in axes]
@@ -237,7 +239,9 @@ def stability_map(
     Raises
     ------
     InputError
-        For axes that a map cannot have.
+        For axes or a quantity that a map cannot have.
+    ComputationError
+        Where a mode to which a damping ratio belongs is unstable without friction.
     """
     axes = angle_axes(200) if axes is None else axes
     _check(scene, axes, quantity)
