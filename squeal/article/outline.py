@@ -41,7 +41,7 @@ class Outline:
 
     @property
     def curves(self) -> list[tuple[np.ndarray, tuple[int, int]]]:
-        """Segments joined: points (n, 2) of each curve and the codes on its two sides.
+        """Segments joined: points (n, 2) of each curve and the codes on its two sides, ascending.
 
         Segments between the same two codes form a graph; each curve is a walk that uses up its
         segments, from an open end first, the closed curves last.

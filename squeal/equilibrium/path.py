@@ -29,7 +29,8 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     """The equilibrium that a query is about, and how it was reached or why there is none.
 
     It is the one on the branch continued from mu = 0, if that rises up to the pad's mu, else the
-    one of least potential energy there, with a warning.
+    one of least potential energy there, with a warning. Raises ComputationError where rounding
+    hides how the surfaces touch.
     """
     path = Path(model, branch_of(model, model.pad.mu))
     if path.end == BranchEnd.REACHED:

@@ -160,12 +160,12 @@ def _orthonormal(X: NDArray, is_real: bool) -> NDArray:
 
 
 def _staircase(N: NDArray) -> tuple[NDArray, NDArray[np.intp]]:
-    """Unitary Q (k, k) that makes Q' N Q block triangular with small diagonal blocks, and the
-    level (k,) of each column.
+    """Unitary Q (k, k) that makes Q' N Q block triangular, and the level (k,) of each column.
 
     The null vectors of N come first, as level 0. Without their rows and columns Q' N Q is a smaller
     matrix, whose null vectors come next, as level 1, and so on (the staircase form of a nilpotent
     matrix, by Kublanovskaya). Columns that remain when a matrix has no null vector share a level.
+    Their diagonal block is large, those of all other levels are small.
     """
     k = len(N)
     Q = np.eye(k, dtype=N.dtype)

@@ -152,7 +152,7 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     sigma = SIGMA * radius**2
     damping = _damping(metric, C, K)
     # N = metric + diag(extra), so that |u' C' w| <= DAMPING sigma / radius for u and w of norm 1 in
-    # N; here and below `upper` takes more terms than the few roundings of a bound
+    # N; the 8 and 2 of `upper`, here and below, are more than the roundings there
     extra = upper(damping.local * (radius / (DAMPING * sigma)), 8)
     N = csc_array(metric + diags_array(extra))
     reason = _singular_values_above(N, K, MX, MY, sigma)
@@ -173,6 +173,8 @@ def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -
     transposed = (csc_array(M.T), csc_array(C.T), csc_array(K.T))
     couplings_of_Y = _couplings(transposed, Y, MY, floor, radius)
     core_error = upper(np.outer(couplings_of_Y, couplings_of_X) / smallest, 8)
+    # Y and U, and X and W, must span everything; both are tested, as MX and MY, which define U and
+    # W, are rounded apart from each other
     if not (_is_regular(Y, MX) and _is_regular(X, MY)):
         return BandProof(radius, reason="left and right vectors are nearly orthogonal")
     core_M = _projected(Y, M, X)
@@ -566,7 +568,7 @@ def _projected(Y: Floats, A: csc_array, X: Floats) -> Balls:
 
 
 def _is_regular(Y: Floats, MX: Floats) -> bool:
-    """Whether G = Y' MX is regular, so that X and the vectors w with MY' w = 0 span everything.
+    """Whether G = Y' MX is regular, so that Y and the vectors u with MX' u = 0 span everything.
 
     It is if R G, with an approximate inverse R, differs from 1 by less than 1 in a norm.
     """

@@ -128,7 +128,8 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     if _zeros_within(leading, low, high):
         return None
     changes = []
-    critical: Polynomial = math.prod(others)  # of which a zero of several is a single one
+    # a zero that several of them share is listed once, its multiplicities added
+    critical: Polynomial = math.prod(others)
     zeros = _zeros_within(critical, low, high)
     for k, zero in enumerate(zeros):
         # between two zeros one number of roots grows; the neighbouring double would do as well, but
@@ -147,8 +148,8 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
             counted.insert(0, _growing_at(factor, zero.low - BESIDE * (zero.low - last_high)))
         for before, after in itertools.pairwise(counted):
             rise = len(after) - len(before)
-            # of several changes only a rise of two each excludes that some cancel; at a single
-            # value also no growth on one side, which leaves none there
+            # several changes may cancel in the count. They cannot if it moves by two for each; nor
+            # at a single value beside which nothing grows on one side: all begin, or all end
             may_cancel = zero.multiplicity > 1 and abs(rise) < 2 * zero.multiplicity
             is_quiet = zero.is_single and not (before and after)
             if not is_at and may_cancel and not is_quiet:

@@ -225,12 +225,12 @@ def sliding_conditions(study: Study) -> Measured:
 
 def springs_alone(study: Study) -> Measured:
     """E12: flutter by K of Eq. (22) alone, and with contact and friction included."""
-    pad = study.b3.pad
     imaginary = 0.0
-    # (M^-1/2 K M^-1/2) u = omega^2 u, rotation measured as w theta
-    inverse_mass_root = 1.0 / np.sqrt(np.array([pad.m, pad.m, pad.I / pad.w**2]))
     for scene in study.b2.values():
-        K = balanced(pad, stiffness(scene.pad))
+        pad = scene.pad
+        # (M^-1/2 K M^-1/2) u = omega^2 u, rotation measured as w theta
+        inverse_mass_root = 1.0 / np.sqrt(np.array([pad.m, pad.m, pad.I / pad.w**2]))
+        K = balanced(pad, stiffness(pad))
         squares = np.linalg.eigvals(inverse_mass_root[:, None] * K * inverse_mass_root)
         imaginary = max(imaginary, float(np.abs(squares.imag).max() / np.abs(squares).max()))
     flutter = stability_map(study.b3, angle_axes(GRID)).share["flutter"]

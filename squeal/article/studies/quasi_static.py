@@ -60,9 +60,9 @@ class QuasiStatic(Result):
 def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
     """The curve K31 = h K11 where R_n > 0, for mu > 0.
 
-    Points lie on the curve where it passes from cell to cell, and on chords between. It ends within
-    a cell before the place at which R_n changes its sign: of the traced boundaries only those
-    between two regions of R_n > 0 belong to the curve.
+    Points but for its ends lie on the curve where it passes from cell to cell, and on chords
+    between. It ends within a cell, beside the curve, before the place at which R_n changes its
+    sign: of the traced boundaries only those between two regions of R_n > 0 belong to the curve.
     """
     angles = math.pi * (np.arange(cells) + 0.5) / cells
 
