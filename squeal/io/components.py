@@ -390,9 +390,11 @@ def _table_of_pairs(path: Path) -> dict[str, Any]:
     if "point" in heads:
         at, lines = read_table(path, POINT_COLUMNS)  # again: refuses a table that lacks a column
         used = {*POINT_COLUMNS}
+        points, pair_lines = _points(lines)
         if heads >= set(PLACE_COLUMNS):
             used.update(PLACE_COLUMNS)
-        arguments["pairs"], pair_lines = _points(lines)
+            points = replace(points, places=_numbers(pair_lines, PLACE_COLUMNS))
+        arguments["pairs"] = points
     else:
         used = {"first", "second"}
         arguments["pairs"] = [(line.cells["first"], line.cells["second"]) for line in lines]
@@ -432,8 +434,8 @@ def _numbers(lines_of_rows: Sequence[Sequence[Line]], heads: Sequence[str]) -> N
 
 
 def _points(lines: Sequence[Line]) -> tuple[ContactPoints, list[list[Line]]]:
-    """The contact points of a table that has a line for each node of a point, and the lines of
-    each. Raises InputError."""
+    """The contact points, without places, of a table that has a line for each node of a point, and
+    the lines of each. Raises InputError."""
     lines_by_point: dict[str, list[Line]] = defaultdict(list)
     for line in lines:
         name = line.cells["point"].strip()
@@ -443,10 +445,7 @@ def _points(lines: Sequence[Line]) -> tuple[ContactPoints, list[list[Line]]]:
     lines_of_points = list(lines_by_point.values())
     first, first_weights = _nodes_of_points(lines_of_points, "first")
     second, second_weights = _nodes_of_points(lines_of_points, "second")
-    places = None
-    if lines[0].cells.keys() >= set(PLACE_COLUMNS):
-        places = _numbers(lines_of_points, PLACE_COLUMNS)
-    return ContactPoints(first, second, first_weights, second_weights, places), lines_of_points
+    return ContactPoints(first, second, first_weights, second_weights), lines_of_points
 
 
 def _nodes_of_points(

@@ -116,25 +116,20 @@ class CampbellDiagram:
         """The frequency of a rank less `order` times the speed, rad/s."""
         return float(self.ranked_roots(speed)[rank].imag - order * speed)
 
-    def crossings(self, speeds: Array, order: float) -> list[tuple[float, int]]:
+    def crossings(self, speeds: Array, frequencies: Array, order: float) -> list[tuple[float, int]]:
         """The pairs of speed and rank at which a frequency is `order` times the speed.
 
-        speeds (m,): rising; between neighbours a change of sign of `gap` is searched. Where a
-        frequency stays the multiple of the speed there is none: a warning names these speeds.
-        Raises InputError where the number of roots changes.
+        speeds (m,): rising; between neighbours a change of sign of `gap` is searched. frequencies
+        (m, n): of the ranks at each, rad/s. Where one stays the multiple of the speed there is no
+        crossing, but a warning.
         """
-        roots = [self.ranked_roots(speed) for speed in speeds.tolist()]
-        if len(set(map(len, roots))) > 1:
-            raise InputError("M: must be singular at all speeds of the range, or at none of them")
-        frequencies = np.array(roots).imag
         gaps = frequencies - order * speeds[:, None]
         is_at_multiple = np.abs(gaps) <= SAME * frequencies.max()
         follows = is_at_multiple[:-1] & is_at_multiple[1:]
         if follows.any():
-            followed = speeds[:-1][follows.any(axis=1)]
             Place(self.system.name).warn(
-                f"from {followed[0]:g} to beyond {followed[-1]:g} rad/s a frequency stays "
-                f"{order:g} times the speed: all speeds there are critical, none is listed"
+                f"over a range of speeds a frequency stays {order:g} times the speed: all of them "
+                "are critical, none is listed"
             )
         gaps[:-1][follows] = gaps[1:][follows] = math.nan  # signs there are rounding
         crossings = []
@@ -364,9 +359,13 @@ def critical_speeds(
     diagram = CampbellDiagram(analysis.file, system, reduction)
     steps = STEPS if diagram.system.n <= FEW_ROWS else FEW_STEPS
     speeds = np.linspace(low, high, steps + 1)
+    ranked_roots = [diagram.ranked_roots(speed) for speed in speeds.tolist()]
+    if len(set(map(len, ranked_roots))) > 1:
+        raise InputError("M: must be singular at all speeds of the range, or at none of them")
+    roots = np.array(ranked_roots)  # (speeds, ranks)
     critical = []
     for order in orders:
-        for speed, rank in diagram.crossings(speeds, order):
+        for speed, rank in diagram.crossings(speeds, roots.imag, order):
             # at a speed of 0 a frequency of zero is a multiple of the speed, in every rotor
             if speed == 0.0 or not diagram.are_modes(speed)[rank]:
                 continue
@@ -374,7 +373,6 @@ def critical_speeds(
             if band is None or band[0] <= crossing.frequency_hz <= band[1]:
                 critical.append(crossing)
     critical.sort(key=lambda crossing: (crossing.speed, crossing.mode))
-    roots = np.array([diagram.ranked_roots(speed) for speed in speeds.tolist()])  # (speeds, ranks)
     are_modes = np.array([diagram.are_modes(speed) for speed in speeds.tolist()])
     frequencies_hz = np.where(are_modes, roots.imag / math.tau, math.nan)
     return CriticalSpeeds(
