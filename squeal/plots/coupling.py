@@ -107,21 +107,14 @@ class _Roots(NamedTuple):
     @staticmethod
     def of(sweep: Sweep) -> _Roots:
         """All roots of a sweep."""
-        at: list[float] = []
-        values: list[complex] = []
-        grow: list[bool] = []
-        numbers: list[int] = []
+        rows = []
         for step in sweep.steps:
             for root, number in zip(step.eigenvalues, step.mode_numbers, strict=True):
-                at.append(step.value)
-                values.append(root.value)
-                grow.append(root.kind in GROWING)
-                numbers.append(number or 0)
+                rows.append((step.value, root.value, root.kind in GROWING, number or 0))
+        table = np.array(rows, dtype=object).reshape(-1, 4)  # also of no rows
+        at, values, grow, numbers = table.T
         return _Roots(
-            at=np.array(at),
-            values=np.array(values, dtype=complex),
-            grow=np.array(grow, dtype=bool),
-            numbers=np.array(numbers, dtype=int),
+            at.astype(float), values.astype(complex), grow.astype(bool), numbers.astype(int)
         )
 
     def select(self, which: np.ndarray) -> _Roots:
@@ -391,10 +384,7 @@ def _onsets(sweep: Sweep, thresholds: Thresholds | None) -> dict[str, Artist]:
                 if crossing.frequency_hz:
                     hertz_text = f", {crossing.frequency_hz:.4g} Hz"
                 texts.append(f"{crossing.kind} from {at} = {crossing.mu:.4g}{hertz_text}")
-    entries: dict[str, Artist] = {}
-    for text in texts[:NAMED]:
-        entries[text] = Line2D([], [], lw=0)
-    return entries
+    return dict.fromkeys(texts[:NAMED], Line2D([], [], lw=0))
 
 
 def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:

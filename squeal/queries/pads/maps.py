@@ -146,7 +146,7 @@ def _blocks(
 
 def _codes_of(compiled: bool, block: _Block) -> PointVerdicts:
     """The verdicts at the points of a block: a task of a process."""
-    return codes_at(block.scene, block.names, block.points, compiled)
+    return codes_at(*block, compiled)
 
 
 def on_grid(
