@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import coo_array, csc_array
+from scipy.spatial import KDTree
 
 from squeal.errors import ComputationError
-from squeal.io.coordinates import POINTS
+from squeal.io.coordinates import POINTS, Coordinates
 from squeal.io.halves import sides_of
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
@@ -33,8 +34,29 @@ FAR_BELOW = -10.0  # the same where a stiffness is negative
 NOISE = 1e3  # roundings of the square of the frequency scale: what rounding makes of a zero square
 MORE = 6  # modes by which each further search of the lowest ones asks for more
 MOST_MORE = 25  # no further search after so many more modes than are wanted
-SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
-FASTEST = 2500.0
+UNITS = {  # of length, mass and stiffness: how many of them are 1 m, 1 kg and 1 N/m
+    "m, kg, N/m": (1.0, 1.0, 1.0),
+    "mm, t, N/mm": (1e3, 1e-3, 1e-3),
+    "mm, kg, N/m": (1e3, 1.0, 1.0),
+    "mm, kg, N/mm": (1e3, 1.0, 1e-3),
+    "mm, kg, kN/mm": (1e3, 1.0, 1e-6),
+    "m, kg, N/mm": (1.0, 1.0, 1e-3),
+    "m, g, N/m": (1.0, 1e3, 1.0),
+    "mm, g, N/m": (1e3, 1e3, 1.0),
+    "m, t, N/m": (1.0, 1e-3, 1.0),
+    "mm, t, N/m": (1e3, 1e-3, 1.0),
+    "mm, g, N/mm": (1e3, 1e3, 1e-3),
+    "mm, kg/m3 mm3, N/mm": (1e3, 1e9, 1e-3),
+    "mm, kg/m3 mm3, Pa mm": (1e3, 1e9, 1e3),
+}
+CONSISTENT = list(UNITS)[:2]
+MESH = 30  # nodes from which on a speed from one to the next is that of waves
+LARGEST = 20.0  # m
+LIGHTEST, HEAVIEST = 0.02, 2.3e4  # kg/m^3 of the box around a frame or shell, or of solid metal
+METAL, METAL_SPEED = 1300.0, 300.0  # kg/m^3 beyond rubber and wood, in which waves (m/s) are faster
+SLOWEST = 10.0  # m/s: waves in soft rubber, or size times lowest frequency of a pad on springs
+FASTEST = 5e4  # waves; of a metal they are up to 10,000
+FASTEST_PAD = 2500.0
 CLEARLY = 1e3  # of the square that rounding makes of 0: faster modes are not mixed with slow ones
 CLEAR_MASS = 1e-10  # of the largest |theta|, a mass over a stiffness: less is hardly any mass
 
@@ -171,7 +193,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     analysis = SystemAnalysis.of(described)
     file = analysis.file
     # the real modes
-    M, _, _ = system.at()
+    M, _, K = system.at()
     reason = why_no_mass(M, ALL_ROWS)
     free = negative = None
     squares = errors = np.empty(0)
@@ -186,22 +208,26 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         hertz = [frequency for frequency in hertz if frequency <= file.assembly.cutoff]
     # mass and size: of the nodes of a system, or of a pad
     mass = centre = size = None
+    hints: list[str] = []
     elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None and analysis.component_reduction is None:
         mass, centre = file.coordinates.mass_and_centre(M)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
+        if len(file.coordinates.places) >= MESH:
+            volume = math.prod(size) or max(size) ** 3  # of a plane a length is missing
+            speed = _mesh_speed(file.coordinates, M, K)
+            hints += _hints_of_units(max(size), mass / volume, speed, FASTEST)
     if pad is not None:
         mass = pad.m
         centre = (pad.x0, pad.y0, 0.0)
         size = (2 * pad.w, 2 * pad.h, 0.0)
+        largest = max(size)
+        speed = largest * max(hertz[:1], default=math.nan)
+        hints += _hints_of_units(largest, mass / largest**3, speed, FASTEST_PAD)
     # hints: of units, and of motions that are free but for rounding
-    largest_size = max(size) if size else None
     # slow: above `errors`, so by the digits of the entries not free; but below `noise`, so free if
     # the program that made the matrices has rounded
     is_slow = (np.abs(squares) > errors) & (np.abs(squares) <= noise)
-    clearly_vibrating = vibrating[vibrating > noise]
-    lowest_hz = math.sqrt(clearly_vibrating[0]) / (2 * np.pi) if clearly_vibrating.size else None
-    hints = _hints_of_units(mass, largest_size, lowest_hz)
     hints += _hints_of_halves(system)
     if reason:
         hints.append(f"no real modes were computed: {reason}")
@@ -438,39 +464,37 @@ def _hints_of_halves(system: TermSystem) -> list[str]:
     return hints
 
 
-def _hints_of_units(mass: float | None, size: float | None, lowest_hz: float | None) -> list[str]:
-    """What looks like an error of units, for a brake or its parts, in sentences.
+def _mesh_speed(coordinates: Coordinates, M: Matrix, K: Matrix) -> float:
+    """How fast waves pass from a node to the next, which no slenderness of the part lowers.
 
-    The size (largest length) tells metres from millimetres. Mass over size^3, which is 10 to
-    10,000 kg/m^3 of parts of a brake, tells kilograms from tonnes and grams. The lowest frequency
-    times the size, 50 to 500 m/s, tells whether stiffness fits to mass. Limits are wider than both
-    ranges, so that no sound model is blamed.
-
-    An argument is None if it is not known; without a size neither density nor speed is judged.
+    Of each row it is the distance times (K_ii / M_ii)^(1/2). Two rows of three move in the plane of
+    a shell, and one of three along a beam; the others are slower.
     """
-    hints = []
-    metres_per_unit = 1.0
-    if size is not None and mass is not None and size > 0.0 and mass > 0.0:
-        if size > 5.0:  # no part of a brake is as long in metres
-            metres_per_unit = 1e-3
-            hints.append(f"nodes {size:.4g} apart: looks like mm")
-        density = mass / (size * metres_per_unit) ** 3
-        # tonnes in place of kilograms make the density a thousandth: 0.01 to 10 kg/m^3
-        if density < 2.0:
-            hints.append(
-                f"a mass of {mass:.4g} in a box of {size:.4g}: looks like t, which goes with mm, N "
-                "and s; stiffnesses and factors are then in N/mm"
-            )
-        elif density > 3e4:  # grams make it a thousand times larger: 1e4 to 1e7
-            hints.append(f"a mass of {mass:.4g} in a box of {size:.4g}: looks like g")
-    if lowest_hz is not None and size:
-        # K in N/mm with M in kg makes K a thousandth, and frequencies lower by 1000^(1/2); K in N/m
-        # with M in t makes them higher by as much. The limits are wide: a slender beam of a metre
-        # is slow without any error
-        speed = lowest_hz * size * metres_per_unit
-        lowest = f"a lowest mode of {lowest_hz:.4g} Hz: looks like"
-        if speed < SLOWEST:
-            hints.append(f"{lowest} N/mm beside kg, or times in ms")
-        elif speed > FASTEST:
-            hints.append(f"{lowest} N/m beside t")
-    return hints
+    moves = (coordinates.directions >= 0) & (M.diagonal().real > 0.0)
+    distances, _ = KDTree(coordinates.places).query(coordinates.places, 2)
+    squares = np.abs(K.diagonal()[moves]) / M.diagonal()[moves].real
+    speeds = distances[coordinates.nodes[moves], 1] * np.sqrt(squares)
+    return float(np.quantile(speeds, 0.75))
+
+
+def _hints_of_units(size: float, density: float, speed: float, fastest: float) -> list[str]:
+    """The units that a brake or a part of it seems to have, in a sentence; none if these units go
+    together.
+
+    The first units are taken in which size, density and speed are those of a part. Limits are wide,
+    so that no sound model is blamed. All arguments are in the units of the system but `fastest`.
+    """
+    for name, (metre, kilogram, newton_per_metre) in UNITS.items():
+        factor = math.sqrt(newton_per_metre / kilogram)  # of frequencies
+        true_density = density * metre**3 / kilogram
+        slowest = METAL_SPEED if true_density > METAL else SLOWEST
+        if (
+            size / metre < LARGEST
+            and LIGHTEST < true_density < HEAVIEST
+            and slowest < speed / metre / factor < fastest
+        ):
+            if name in CONSISTENT:
+                return []
+            effect = f"frequencies are {factor:.3g} times the true ones"
+            return [f"looks like {name}: {effect}; {' or '.join(CONSISTENT)} go together"]
+    return []
