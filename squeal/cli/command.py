@@ -11,7 +11,7 @@ import re
 import sys
 import textwrap
 import warnings
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -154,7 +154,11 @@ class Source:
             with_matrices(file, self.matrices)
         # in an assembly a parameter that no matrix depends on, such as a pressure, has its use
         if file.assembly is None:
-            self._check_parameters(file.system.names)
+            from squeal.queries.systems.system_analysis import refuse_without_effect
+
+            set_here = [key for key in self.changes if key.startswith("parameters.")]
+            names = [key.removeprefix("parameters.") for key in set_here]
+            refuse_without_effect(file, names, Place("--set"))
         return file
 
     def system(self, allowed: str = "a system of matrices") -> SystemFile:
@@ -163,14 +167,6 @@ class Source:
         if isinstance(subject, Scene):
             raise InputError(f"{self.name}: is a pad; {allowed} is allowed")
         return subject
-
-    def _check_parameters(self, names: Collection[str]) -> None:
-        """Refuse to set a parameter on which no matrix depends; names: those that occur in them."""
-        for key, value in self.changes.items():
-            name = key.removeprefix("parameters.")
-            if name != key and name not in names:
-                words = f"no matrix of {self.name} depends on {name}"
-                raise InputError(f"--set {name}={value:g}: {words}")
 
 
 def _keys_of(document: dict[str, Any]) -> Group:

@@ -1,6 +1,7 @@
 """Files of an assembly: components, each a system file, and the contact between them."""
 
 import math
+import re
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -21,6 +22,7 @@ from squeal.io.system import Origin, SystemFile
 from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document, named_files
 from squeal.io.tables import Line, number_in, read_table
 from squeal.io.writing import write_csv
+from squeal.linear.system import warn_of_unused_parameters
 from squeal.numerics.differentiation import Formula, Parameters
 from squeal.schema import FLAG, POSITIVE, TEXT, Group, Key, Named, Place, Several, Whole, row
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly, assemble
@@ -189,10 +191,18 @@ def assembly_file(
 
         return replace(assembly, joined_at=join_at)
 
+    # a formula of a load or a contact may name a parameter that no matrix depends on
+    in_use = {*ASSEMBLY_DEFAULTS, keys.get("parameter")}
+    in_use.update(re.findall(r"\w+", f"{keys['components']} {keys['contact']}"))
+    in_use.update(*(body.system.names for body in all_bodies))
+    unused = values.keys() - in_use
+    for name in unused:
+        del values[name]
     cutoff = keys.get("cutoff")
     if cutoff is None and band is not None:
         cutoff = 2 * band[1]  # Hz, as the key's default says
     assembly = join(all_bodies, values, cutoff)
+    warn_of_unused_parameters(unused, assembly.system, at / "parameters")
     return SystemFile(
         assembly.system,
         reference=keys.get("reference", ""),

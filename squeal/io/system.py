@@ -180,7 +180,8 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             keys.get("name") or Path(at.source).stem,
             labels=tuple(labels),
         ).assuming(*assumptions)
-        warn_of_unused_parameters(system, at / "parameters")
+        others = system.parameters.keys() - {parameter}
+        warn_of_unused_parameters(others, system, at / "parameters")
         if not POWERS.keys().isdisjoint(keys):
             mass = dense(system.at()[0])
             # refuses a mass that is not positive definite

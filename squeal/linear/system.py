@@ -148,7 +148,8 @@ class System:
             if from_terms:  # these are taken with all their rows
                 return
             reduced, supports = without_supports(self)
-        warn_of_unused_parameters(self, Place("System", "parameters"))
+        others = self.parameters.keys() - {parameter}
+        warn_of_unused_parameters(others, self, Place("System", "parameters"))
         if supports.size:
             Place("System", "K").warn(supports_warning(supports, self.labels))
             vars(self).update(vars(reduced))
@@ -577,13 +578,13 @@ def _without_rows(system: System, rows: NDArray[np.intp]) -> System:
     return system.mapped(lambda term: term.mapped(remaining_part), labels)
 
 
-def warn_of_unused_parameters(system: TermSystem, at: Place) -> None:
-    """Warn of parameters but the free one that enter no matrix: most are misspelt.
+def warn_of_unused_parameters(names: Iterable[str], system: TermSystem, at: Place) -> None:
+    """Warn of those of some parameters that enter no matrix: most are misspelt.
 
     at: where they are given, for the message.
     """
-    free = system.parameter
-    unused = sorted(system.parameters.keys() - system.names - {free})
+    unused = sorted({*names} - system.names)
     if unused:
-        words = f"no matrix depends on {', '.join(unused)}"
-        at.warn(f"{words}; {free} = {system.parameters[free]:g} is taken")
+        others = [f"{name} = {system.parameters[name]:g}" for name in sorted(system.names)]
+        words = f"matrices depend on {', '.join(others) or 'no parameter'}"
+        at.warn(f"no matrix depends on {', '.join(unused)}; {words}")

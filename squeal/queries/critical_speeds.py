@@ -24,7 +24,7 @@ from squeal.linear.shaft import RPM
 from squeal.linear.system import TermSystem
 from squeal.queries.mode_paths import is_growing
 from squeal.queries.systems.all_roots import is_small
-from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.queries.systems.system_analysis import SystemAnalysis, refuse_without_effect
 from squeal.queries.whirl import whirl_direction
 from squeal.schema import Place, Positive, public
 from squeal.sparse.dense import CLUSTER_DISTANCE, dense_values, roots_at
@@ -348,7 +348,9 @@ def critical_speeds(
     if not system.real:
         words = "that do not follow the frequency of a root"
         raise InputError(f"{system.name}: critical speeds need real matrices {words}")
-    analysis.require_used_parameter("the speed")
+    if system.names:  # another parameter is the speed
+        refuse_without_effect(analysis.file, [system.parameter], Place("parameter"))
+    analysis.warn_of_unused_parameter()
     if not 0.0 <= low < high:
         raise InputError(f"high: {high:g} is not allowed; it must be above low, at least 0")
     if not orders or any(order <= 0.0 for order in orders):

@@ -15,6 +15,7 @@ from scipy.sparse import load_npz, save_npz, triu
 import squeal
 from squeal.cli.main import main
 from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.queries.systems.seat import seat_parameters
 from squeal.results.sources import SystemSource
 
 BAND = (500.0, 4000.0)  # Hz
@@ -376,6 +377,16 @@ def test_a_free_parameter_of_a_load_alone_is_noted_and_certifies_nothing(brake):
     assert f"seated at pressure = {held:g}" in str(found)
     assert not squeal.thresholds(file, 2.0 * held, band=GROWS).certified
     assert "pressure" not in squeal.sensitivity(file, band=GROWS).values
+
+
+def test_a_parameter_without_use_is_named_and_acts_through_no_seat(brake, tmp_path):
+    path, *_ = brake
+    folder = shutil.copytree(path.parent, tmp_path / "brake")
+    text = path.read_text()
+    (folder / path.name).write_text(text.replace("parameters:", "parameters:\n  wera: 1.0e-6"))
+    with pytest.warns(InputWarning, match="parameters: no matrix depends on wera; matrices depend"):
+        file = squeal.read_system(folder / path.name)
+    assert seat_parameters(file) == ["contact", "pressure", "wear"]
 
 
 def test_what_acts_through_the_seat_has_no_derivative(brake):

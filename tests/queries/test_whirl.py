@@ -190,7 +190,7 @@ def test_modes_of_one_frequency_have_their_own_growth():
 
 def test_a_speed_that_is_not_the_free_parameter_is_refused(tmp_path):
     system = squeal.System(EYE, {"Omega": SPIN}, {"k": EYE}, {"Omega": 1.0, "k": 4.0})
-    with pytest.raises(InputError, match=r"mu .* no matrix depends on it.* Omega, k: .*parameter"):
+    with pytest.raises(InputError, match=r"mu .* no matrix depends on it.* Omega, k"):
         squeal.critical_speeds(system, 10.0)
     text = "parameters: {Omega: 1.0}\nM: [[1]]\nC: [{matrix: [[1]], factor: Omega}]\nK: [[4]]\n"
     (tmp_path / "rotor.yaml").write_text(text)

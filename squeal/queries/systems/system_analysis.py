@@ -15,7 +15,7 @@ from squeal.errors import ComputationError, InputError, meant
 from squeal.io.system import SystemFile
 from squeal.linear.damping import frictionless
 from squeal.linear.matrices import why_no_mass
-from squeal.linear.system import System, TermSystem
+from squeal.linear.system import System, TermSystem, warn_of_unused_parameters
 from squeal.queries.options import Band
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.matrices import ALL_ROWS, is_symmetric
@@ -125,26 +125,8 @@ class SystemAnalysis:
                 with Place(f"contact {contact.name}").named():
                     contact.require_direction(self.system.parameters, [parameter])
         if not self.depends_on_parameter:
-            Place(self.system.name or "system").warn(
-                f"no matrix depends on {parameter}; the answer is the same at every value of it; "
-                f"matrices depend on {', '.join(sorted(self.system.names)) or 'no parameter'}"
-            )
-
-    def require_used_parameter(self, meaning: str) -> None:
-        """Refuse a free parameter that enters no matrix while others do: another one is meant.
-
-        meaning: what the parameter must be, in words. Warns where no parameter enters any matrix.
-        Raises InputError.
-        """
-        names = sorted(self.system.names)
-        if self.depends_on_parameter or not names:
-            self.warn_of_unused_parameter()
-            return
-        raise InputError(
-            f"parameter: {self.system.parameter} is not allowed, no matrix depends on it; it must "
-            f"be {meaning}. Matrices depend on {', '.join(names)}: set parameter=NAME, in a file "
-            "`parameter: NAME`"
-        )
+            at = Place(self.system.name or "system")
+            warn_of_unused_parameters([parameter], self.system, at)
 
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED
