@@ -105,6 +105,8 @@ class SystemFile:
         Where the rows are in space.
     damped : tuple of Damped
         What has damping that is not given as a matrix.
+    held : frozenset of str
+        Parameters that change what is damped as a whole, but not its damping.
     assembly : Assembly or None
         What components were joined to.
 
@@ -124,6 +126,7 @@ class SystemFile:
     inputs: tuple[Path, ...] = field(default=(), repr=False)
     coordinates: Coordinates | None = None
     damped: tuple[Damped, ...] = ()
+    held: frozenset[str] = frozenset()
     assembly: Any = field(default=None, repr=False)
 
     @property
@@ -196,7 +199,6 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             (at / "K").warn(supports_warning(supports, labels))
         undamped_rows = system.n
         system, damping_records = _with_damping(system, keys, folder, made.damping)
-        _warn_of_parameters(at / "damping", system, damping_records)
     if coordinates is not None:
         added_rows = system.n - undamped_rows
         left_out = np.union1d(empty, supports)
@@ -208,6 +210,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         inputs=tuple(dict.fromkeys(folder / name for name in named_files(keys))),
         coordinates=coordinates,
         damped=(*made.damping.records, *damping_records),
+        held=_parameters_of(damping_records, system),
     )
 
 
@@ -392,22 +395,14 @@ def _ratios_over_frequency(path: Path) -> Callable[[NDArray], NDArray]:
     return ratio
 
 
-def _warn_of_parameters(at: Place, system: TermSystem, records: Sequence[Damped]) -> None:
-    """Warn of damping of terms of K whose factors depend on parameters.
-
-    It was computed at the given values and stays as it is when they change. records: what is
-    damped, of which `of` is such as K.2 for the second term of K.
-    """
-    factors = {}  # the formula of each such term
+def _parameters_of(records: Sequence[Damped], system: TermSystem) -> frozenset[str]:
+    """The parameters on which the terms of K depend that are damped; `of` of the second is K.2."""
+    names: set[str] = set()
     for record in records:
-        if record.of.startswith("K."):
-            number = int(record.of.removeprefix("K."))
-            factor = system.K[number - 1].factor
-            if factor.names:
-                factors[record.of] = factor.text
-    if factors:
-        named = ", ".join(f"{term} ({text})" for term, text in factors.items())
-        at.warn(f"also damps {named}, at the values of the parameters given here")
+        part, _, number = record.of.partition(".")
+        if part == "K":
+            names |= system.K[int(number) - 1].factor.names
+    return frozenset(names)
 
 
 def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[MatrixFile]) -> list[str]:

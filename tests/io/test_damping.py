@@ -1,5 +1,6 @@
 """Damping in system files: of terms, by matrices, by modes, over the frequency."""
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -162,3 +163,24 @@ def test_a_modulus_at_a_term_of_C_leaves_the_loss_of_the_whole_to_K(tmp_path):
     values = squeal.eigenvalues(read_system(tmp_path / "s.yaml"), band=(1.0, 5.0)).values
     exact = np.roots([1.0, 0.1, 100.0 * (1.0 + 0.1j)])
     assert values[values.imag > 0.0] == pytest.approx(exact[exact.imag > 0.0], rel=1e-9)
+
+
+@pytest.mark.parametrize("own", ["", ", rayleigh: 0.01"])
+@pytest.mark.parametrize("by", ["rayleigh: [2.0, 0.01]", "structural: 0.02"])
+def test_damping_that_a_varied_parameter_does_not_change_is_warned_of(read, own, by):
+    """Only where a parameter of that matrix is varied, and not of friction or a matrix's own."""
+    terms = "K: [{file: a.mtx}, {file: b.mtx, factor: lining%s}, {file: eta.mtx, factor: mu}]\n"
+    file = read(f"{terms % own}damping: {{{by}}}")
+    held = own == "" or by.startswith("structural")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        squeal.eigenvalues(file)
+        squeal.sweep(file, [0.0, 0.1])
+        squeal.conditions(file, {"mu": [0.0, 0.1]})
+    assert not any("damping" in str(one.message) for one in said)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        squeal.conditions(file, {"lining": [1.0, 2.0]})
+        squeal.map(file, (squeal.Axis("lining", 1, 2, 2), squeal.Axis("mu", 0, 1, 2)))
+    words = "damping does not follow lining, it is that of the given parameters"
+    assert [words in str(one.message) for one in said] == [held] * len(said)

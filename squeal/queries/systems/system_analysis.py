@@ -127,6 +127,7 @@ class SystemAnalysis:
         if not self.depends_on_parameter:
             at = Place(self.system.name or "system")
             warn_of_unused_parameters([parameter], self.system, at)
+        _warn_of_held_damping(self.file, [parameter])
 
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED
@@ -148,6 +149,14 @@ class SystemAnalysis:
         index = np.linspace(0, len(values) - 1, min(most, len(values)))
         changes = [{parameter: values[round(k)]} for k in index.tolist()]
         return reduced_for(self.system, self.selection, changes, method)
+
+
+def _warn_of_held_damping(file: SystemFile, names: Iterable[str]) -> None:
+    """Warn of damping that does not change with varied parameters of the matrix it is of."""
+    held = sorted(file.held.intersection(names))
+    if held:
+        words = f"damping does not follow {', '.join(held)}, it is that of the given parameters"
+        Place(file.system.name).warn(words)
 
 
 def _warn_of_missing_mass(system: TermSystem) -> None:
@@ -228,6 +237,7 @@ def refuse_without_effect(file: SystemFile, names: Iterable[str], at: Place) -> 
     """Raise InputError for parameters, at a place, that no matrix depends on, and for the frequency
     where each root has its own."""
     system = file.system
+    _warn_of_held_damping(file, names)
     allowed = sorted(system.names - {*system.follows})
     for name in names:
         if name not in allowed:
