@@ -196,7 +196,9 @@ class TermDamping:
             self.indices[kind].add(index)
             self.records.append(Damped(name, "rayleigh", factor))
             product = Formula(f"{factor!r} * ({formula.text})", formula.place)
-            self.terms.append(replace(made, matrix=made.matrix.real, factor=product))
+            term_name = f"rayleigh {factor:g} {name}"
+            real = made.matrix.real
+            self.terms.append(replace(made, matrix=real, factor=product, name=term_name))
         if "structural" in term.keys:
             self.indices["structural"].add(index)
             self.records.append(Damped(name, "structural", scalar(str(term.keys["structural"]))))

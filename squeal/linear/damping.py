@@ -159,16 +159,19 @@ def damped(
         mass_terms = [i for i in range(len(system.M)) if i not in indices_left_out.get("M", ())]
         for i in mass_terms:
             factor = Formula(f"{alpha!r} * ({system.M[i].factor.text})")
-            C.append(dataclasses.replace(system.M[i], factor=factor))
+            name = f"rayleigh mass part {alpha:g} M.{i + 1}"
+            C.append(dataclasses.replace(system.M[i], factor=factor, name=name))
         describe("rayleigh", alpha, "M", mass_terms)
     if beta:
         stiffness, stiffness_terms = structure_stiffness(system, terms_left_out("rayleigh"))
-        C.append(_of_stiffness(system, stiffness_terms, beta, stiffness))
+        term = _of_stiffness(system, stiffness_terms, beta, stiffness)
+        C.append(dataclasses.replace(term, name=f"rayleigh stiffness part {beta:g} K"))
         describe("rayleigh", beta, "K", stiffness_terms)
     if structural:
         stiffness, stiffness_terms = structure_stiffness(system, terms_left_out("structural"))
         term = _of_stiffness(system, stiffness_terms, structural, stiffness)
-        K.append(dataclasses.replace(term, factor=Modulus(imaginary=True)))
+        name = f"structural {structural:g} K"
+        K.append(dataclasses.replace(term, factor=Modulus(imaginary=True), name=name))
         describe("structural", structural, "K", stiffness_terms)
     result = dataclasses.replace(system, C=tuple(C), K=tuple(K))
     if callable(ratios) or np.size(ratios):
@@ -260,7 +263,7 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         damping = U @ U.T
         # of the products and of the modes, which exact arithmetic must not take for given
         rounding = ROUNDED * n * EPS * norm_of(damping)
-        term = Term(damping, rounding=rounding)
+        term = Term(damping, rounding=rounding, name="ratios")
         return dataclasses.replace(system, C=(*system.C, term)), description
     return bordered(system, U), description
 
@@ -290,7 +293,9 @@ def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
     columns = csc_array(U)
     if of_stiffness:
         forces = block_array([[zeros, columns], [-columns.T, eye_array(k)]], format="csc")
-        return dataclasses.replace(larger, K=(*larger.K, Term(forces)))
+        return dataclasses.replace(larger, K=(*larger.K, Term(forces, name="ratios")))
     forces = block_array([[zeros, columns], [None, csc_array((k, k))]], format="csc")
     definition = block_array([[zeros, None], [-columns.T, eye_array(k)]], format="csc")
-    return dataclasses.replace(larger, C=(*larger.C, Term(forces)), K=(*larger.K, Term(definition)))
+    return dataclasses.replace(
+        larger, C=(*larger.C, Term(forces, name="ratios")), K=(*larger.K, Term(definition))
+    )

@@ -39,7 +39,8 @@ class Term:
     `rounding` is how far rounding may have moved its entries where it was computed from others.
     `errors` (n, n) are how far digits of data leave each entry open where that is not half a unit
     of its own last one, as of entries that were computed from such data. What makes a term from
-    others takes all three along: `mapped` and `sum_of_terms`.
+    others takes all three along: `mapped` and `sum_of_terms`. `name` is that of damping without a
+    matrix of its own.
 
     Examples
     --------
@@ -54,6 +55,7 @@ class Term:
     digits: int | None = None
     rounding: float = 0.0
     errors: Matrix | None = field(default=None, repr=False)
+    name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())

@@ -399,21 +399,15 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
             # term is damping that the system file adds, and has no origin
             origin = origins_of_part[k] if k < len(origins_of_part) else None
             factor = term.factor.value(parameters)
-            name = _name_of(term, origin, bool(origins))
+            name = term.name or _name_of(term, origin)
             role = _role_of(part, term, bool(term.factor.names & set_to_zero))
             named.append(NamedTerm(part, name, role, term.matrix, factor))
     return named
 
 
-def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
-    """The file of a term, its key there and its factor; of a term without a file the factor alone.
-
-    from_files: whether the system was read from files. A term without an origin is then damping
-    that the system file adds.
-    """
+def _name_of(term: Term, origin: Origin | None) -> str:
+    """The file of a term, its key there and its factor; else the factor alone."""
     factor = term.factor.text
-    if origin is None and from_files:
-        return f"{factor} (damping)"
     if origin is None or not origin.file:
         return factor
     name = origin.file

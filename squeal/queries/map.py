@@ -84,7 +84,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     from squeal.queries.systems.reduced import basis_of, reduced_for
     from squeal.queries.systems.seat import notes_of_seat
     from squeal.queries.systems.system_analysis import refuse_without_effect
-    from squeal.queries.systems.verdicts import NO_ROOT
+    from squeal.queries.systems.verdicts import NO_ROOT, UNCOUNTED
     from squeal.sparse.quadratic import PROGRESS
 
     system = analysis.system
@@ -101,7 +101,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     # verdict and growth of each point, in the order of the points
     cells = list(counted(computed, len(points), PROGRESS.get(), "points"))
     verdicts = [verdict for verdict, _ in cells]
-    names = (*VERDICTS, NO_ROOT)
+    names = (*VERDICTS, NO_ROOT, UNCOUNTED)
     shape = (axes[0].n, axes[1].n)
     codes = np.reshape([names.index(verdict) for verdict in verdicts], shape).astype(np.int8)
     growth = np.reshape([rate for _, rate in cells], shape)
@@ -147,7 +147,7 @@ def _verdict_and_growth(
     A task of a process: `common` is what all points share, `at` the values of both parameters.
     """
     from squeal.queries.systems.all_roots import roots_of_all
-    from squeal.queries.systems.verdicts import rounding_of, verdict_of
+    from squeal.queries.systems.verdicts import UNCOUNTED, rounding_of, verdict_of, verdict_of_some
     from squeal.sparse.first_look import FirstLook
 
     system, selection, reduction = common
@@ -167,4 +167,7 @@ def _verdict_and_growth(
     growth = np.nan
     if len(roots):
         growth = float(roots.real.max())
-    return verdict_of(roots, rounding), growth
+    verdict = verdict_of(roots, rounding)
+    if reduction is not None:
+        verdict = verdict_of_some(roots, rounding) or UNCOUNTED
+    return verdict, growth

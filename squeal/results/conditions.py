@@ -83,7 +83,8 @@ GROWTH = (
     *columns("damping_ratio%"),
 )
 OUTCOME = (
-    *columns("verdict unstable"),
+    Column("verdict", shown=lambda condition: condition.verdict or "open"),
+    *columns("unstable"),
     _of_worst("mode"),
     _of_worst("frequency_hz"),
     _of_worst("growth_rate", "1/s"),

@@ -130,7 +130,7 @@ class Step:
             return self.verdict
         if self.roots is None:
             return "no equilibrium on the branch"
-        return "-"
+        return "open"
 
     @property
     def unstable_count(self) -> int:

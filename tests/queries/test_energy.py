@@ -493,3 +493,18 @@ def test_terms_of_one_file_are_named_by_their_keys(tmp_path):
     assert "  K: disc.mat: KR, factor mu, 2 non-zeros" in found.notes[0].splitlines()
     names = [row.term for row in squeal.energy(found).contributions if row.mode == 1]
     assert names == ["disc.mat: M", "disc.mat: K1", "disc.mat: KR, mu"]
+
+
+def test_damping_that_a_file_adds_has_the_names_of_its_keys(tmp_path):
+    (tmp_path / "pair.yaml").write_text(
+        "M: [{matrix: [[1, 0], [0, 1]]}]\nK:\n- {matrix: [[2, -1], [-1, 2]]}\n"
+        "- {matrix: [[1, 0], [0, 0]], rayleigh: 0.003}\n"
+        "damping: {rayleigh: [0.3, 0.001], ratios: 0.01}\n"
+    )
+    found = squeal.energy(squeal.eigenvalues(squeal.read_system(tmp_path / "pair.yaml")))
+    names = [row["term"] for row in found.table().records() if row["part"] == "C"]
+    added = ["rayleigh mass part 0.3 M.1", "rayleigh stiffness part 0.001 K", "ratios"]
+    assert names == 2 * ["rayleigh 0.003 K.2", *added]
+    (tmp_path / "pair.yaml").write_text("M: [[1]]\nK: [[4]]\ndamping: {structural: 0.02}\n")
+    found = squeal.energy(squeal.eigenvalues(squeal.read_system(tmp_path / "pair.yaml")))
+    assert [row["term"] for row in found.table().records()] == ["1", "1", "structural 0.02 K"]

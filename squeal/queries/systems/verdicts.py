@@ -13,6 +13,7 @@ from squeal.linear.verdicts import assumed_rounding, decide
 from squeal.results.columns import OPEN
 
 NO_ROOT = "no root"  # the verdict on a band or region without one
+UNCOUNTED = "open"  # where none of some roots grows, and nothing counts the others
 
 
 def verdict_of(roots: ComplexArray, rounding: Array) -> str:
