@@ -1,5 +1,6 @@
 """The house: which room may import which, how many there are, and how folded their code is."""
 
+import ast
 import functools
 import graphlib
 import re
@@ -142,3 +143,18 @@ def test_no_gauge_grows(name, capsys):
     with capsys.disabled():
         print(f"\n{name}: {toolkit()[name]:.6g} (at most {ceiling}, wanted {wanted})", end=" ")
     assert toolkit()[name] <= ceiling
+
+
+def test_no_refusal_of_the_library_speaks_of_options():
+    """Who calls from Python has arguments; the command line puts its options in their place."""
+    spoken = []
+    for file in sorted((ROOT / "squeal").rglob("*.py")):
+        if {"cli", "article"} & set(file.parts):
+            continue
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            warns = isinstance(node, ast.Call) and getattr(node.func, "attr", "") == "warn"
+            if not (warns or isinstance(node, ast.Raise)):
+                continue
+            texts = [part.value for part in ast.walk(node) if isinstance(part, ast.Constant)]
+            spoken += [text for text in texts if re.search("--[a-z]", str(text))]
+    assert spoken == []

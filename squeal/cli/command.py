@@ -156,9 +156,10 @@ class Source:
         if file.assembly is None:
             from squeal.queries.systems.system_analysis import refuse_without_effect
 
-            set_here = [key for key in self.changes if key.startswith("parameters.")]
-            names = [key.removeprefix("parameters.") for key in set_here]
-            refuse_without_effect(file, names, Place("--set"))
+            for key, value in self.changes.items():
+                name = key.removeprefix("parameters.")
+                if name != key:
+                    refuse_without_effect(file, [name], Place(f"--set {name}={value:g}"))
         return file
 
     def system(self, allowed: str = "a system of matrices") -> SystemFile:

@@ -65,7 +65,7 @@ def mapped(
         if isinstance(error, BrokenProcessPool):
             raise ComputationError(
                 "a process that worked beside this one was killed, for lack of memory perhaps; "
-                "fewer of them (--workers) need less. A script that asks for workers needs its "
+                "fewer `workers` need less. A script that asks for workers needs its "
                 'calls below `if __name__ == "__main__":`, since each process imports it'
             ) from None
         raise

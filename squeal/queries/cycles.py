@@ -504,7 +504,7 @@ def cycles(
     except ComputationError as error:
         if scene.damping is not None:
             raise
-        hint = 'nothing damps the pad; try --set "damping.ratios=[0.02, 0.02, 0.02]"'
+        hint = "nothing damps the pad; try `damping: {ratios: [0.02, 0.02, 0.02]}`"
         raise ComputationError(f"{error}; {hint}") from None
     if first is None:
         verdict = verdict_at(value)

@@ -78,7 +78,7 @@ def upper_end(subject: object, high: float | None) -> float:
         if mu > MU_MAX.high:
             raise InputError(
                 f"mu: {mu:g} is beyond {MU_MAX.high:g}, the end of the range at most; "
-                "give the largest friction that is meant as `high` (--max of a command)"
+                "give the largest friction that is meant as `high`"
             )
         return max(FRICTION_END, mu)
     system = getattr(subject, "system", subject)
@@ -91,6 +91,5 @@ def upper_end(subject: object, high: float | None) -> float:
     if own > 0.0:
         return BEYOND_PRESENT * own
     raise InputError(
-        f"high: missing; {name} is {own:g} now, so give the largest {name} that occurs (--max of a "
-        "command)"
+        f"high: missing; {name} is {own:g} now, so give the largest {name} that occurs"
     )

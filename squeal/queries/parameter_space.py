@@ -162,7 +162,7 @@ class ParameterSpace:
             return
         why = "is no parameter here"
         if name == self.free:
-            why = "is varied to find its threshold, and scatters with --of growth alone"
+            why = "is varied to find its threshold, and scatters where growth is sampled alone"
         raise at.refuse(f"{name} {why}; {meant(name, self.values)}")
 
     def step(self, name: str, size: float, is_share: bool, at: Place) -> float:

@@ -315,7 +315,7 @@ def test_thresholds_name_their_seat_and_are_certified_in_it_alone(brake):
     bodies = [disc, replace(pad, load=2e6 * pad.load)]
     seated = squeal.assemble(bodies, [contact], {"mu": 0.1})
     found = squeal.thresholds(seated, 1.0, band=GROWS)
-    note = "contact is that seated at mu = 0.1; --set mu=VALUE seats it anew"
+    note = "contact is that seated at mu = 0.1; mu=VALUE in the file seats it anew"
     assert note in found.seat
     is_another = False
     for crossing in found.crossings:
@@ -399,7 +399,9 @@ def test_what_acts_through_the_seat_has_no_derivative(brake):
         squeal.sensitivity(file, of="threshold", band=GROWS),
     ):
         assert not {"pressure", "wear", "contact"} & moved.values.keys()
-        assert "contact, pressure, wear act through the seat: --set contact=VALUE" in str(moved)
+        assert "contact, pressure, wear act through the seat: contact=VALUE in the file" in str(
+            moved
+        )
     advice = squeal.advise(file, band=GROWS)
     assert [lever.parameter for lever in advice.levers] == ["tangential"]
     assert "contact, pressure, wear act through the seat" in str(advice)

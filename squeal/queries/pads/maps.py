@@ -269,7 +269,7 @@ def stability_map(
         if unknown.any():
             warnings.append(f"{words} could not be decided at {_share(unknown)}")
     if np.any(codes == MARGINAL) and scene.damping is None:
-        notes.append('marginal: nothing damps; try --set "damping.ratios=[0.02, 0.02, 0.02]"')
+        notes.append("marginal: nothing damps; try `damping: {ratios: [0.02, 0.02, 0.02]}`")
     return Map(
         name=scene.model,
         axes=axes,

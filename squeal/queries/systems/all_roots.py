@@ -16,7 +16,7 @@ from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.dense import dense_values
 
 NO_BAND = (
-    "band: is missing, such as --band 500:5000 (Hz); systems of more than 400 rows, complex "
+    "band: is missing, such as 500 to 5000 Hz; systems of more than 400 rows, complex "
     "matrices, matrices that follow the frequency, and the methods reduced and modal need one"
 )
 

@@ -30,7 +30,7 @@ def seat_note(file: SystemFile) -> str:
         return ""
     parameter = file.system.parameter
     at = f"{parameter} = {number(assembly.system.parameters[parameter])}"
-    return f"contact is that seated at {at}; --set {parameter}=VALUE seats it anew"
+    return f"contact is that seated at {at}; {parameter}=VALUE in the file seats it anew"
 
 
 def seat_parameters(file: SystemFile) -> list[str]:
@@ -73,7 +73,7 @@ def note_of_seat_parameters(file: SystemFile) -> str:
     names = seat_parameters(file)
     if names:
         verb = "acts" if len(names) == 1 else "act"
-        remedy = f"--set {names[0]}=VALUE seats contact anew"
+        remedy = f"{names[0]}=VALUE in the file seats contact anew"
         notes.append(f"{', '.join(names)} {verb} through the seat: {remedy}")
     if file.assembly is not None and _contacts_that_may_change(file.assembly):
         notes.append(

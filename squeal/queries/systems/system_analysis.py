@@ -220,7 +220,7 @@ def _check_memory(system: TermSystem, limit: float | None) -> None:
     if needed > free:
         raise ComputationError(
             f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
-            f"{free / 1e9:.2g} GB are free; --memory GB allows more, fewer rows need less"
+            f"{free / 1e9:.2g} GB are free; a larger `memory` allows more, fewer rows need less"
         )
 
 
