@@ -22,6 +22,8 @@ from squeal.linear.matrices import (
 from squeal.linear.roots import ComplexArray, RootsWithRounding, dependence, ordered, roots_of
 from squeal.linear.verdicts import ACCEPTED, GROWING, VERDICTS, kinds
 
+ROUNDINGS = 16.0  # of a root: what rounding may make of a real part that is zero
+
 
 @dataclass(frozen=True, eq=False)
 class Eigenvalue:
@@ -78,15 +80,26 @@ class Eigenvalue:
 
     @property
     def growth_rate(self) -> float:
-        """Real part, 1/s: positive where the motion grows."""
-        return self.value.real
+        """Real part, 1/s: positive where the motion grows; 0 if rounding of the value hides it."""
+        return self.value.real if self.proved_to_grow else growth_of(self.value)
 
     @property
     def damping_ratio(self) -> float:
         """-Re / |value|; 0 for a rigid-body root, which neither grows nor decays."""
         if self.value == 0.0:
             return 0.0
-        return -self.value.real / abs(self.value) + 0.0  # + 0.0: no negative zero
+        return -self.growth_rate / abs(self.value) + 0.0  # + 0.0: no negative zero
+
+
+def growth_of(value: complex) -> float:
+    """The real part of a root, 0 if it is less than some roundings of the root.
+
+    Examples
+    --------
+    >>> growth_of(-1e-70 + 3j), growth_of(-1e-70 + 0j)
+    (0.0, -1e-70)
+    """
+    return value.real if abs(value.real) > ROUNDINGS * EPS * abs(value) else 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from squeal.errors import InputError
 from squeal.io.system import SystemFile
 from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.continuation import Bools
+from squeal.linear.eigen import growth_of
 from squeal.linear.matrices import Array
 from squeal.linear.roots import ComplexArray
 from squeal.linear.shaft import RPM
@@ -158,8 +159,8 @@ class CampbellDiagram:
             frequency_hz=root.imag / math.tau,
             mode=int(np.count_nonzero(vibrate[: rank + 1])),
             direction=self.direction(speed, root),
-            growth_rate=root.real,
-            damping_ratio=-root.real / abs(root),
+            growth_rate=growth_of(root),
+            damping_ratio=-growth_of(root) / abs(root) + 0.0,  # no negative zero
         )
 
     def direction(self, speed: float, near: complex) -> str | None:

@@ -18,7 +18,7 @@ def _finite_condition(root: Eigenvalue) -> float | None:
 
 
 ROOT = (
-    Column("real", "1/s", lambda root: root.value.real),
+    Column("real", "1/s", lambda root: root.growth_rate),
     Column("imag", "rad/s", lambda root: root.value.imag),
     *columns("frequency_hz damping_ratio%"),
     Column("residual", shown=lambda root: number(root.residual, 2)),

@@ -319,3 +319,15 @@ def test_critical_speeds_are_judged_by_the_margin_of_the_standard(running, ratio
         assert row["margin"] == pytest.approx(row["speed"] / running - 1.0)
     words = f"nearer to {running:g} rad/s than API 617 allows: none"
     assert (words in str(found)) != is_near
+
+
+def test_growth_below_rounding_of_a_root_is_zero():
+    """A shaft without damping: every root lies on the imaginary axis, rounding moves it aside."""
+    C = {"2 * Omega": [[0, 1], [-1, 0]]}
+    K = {"1": [[1, 0], [0, 1.7]], "Omega**2": [[-1, 0], [0, -1]]}
+    shaft = squeal.System(np.eye(2), C, K, parameters={"Omega": 1.3}, parameter="Omega")
+    for mode in squeal.critical_speeds(shaft, 5.0).critical:
+        assert (mode.growth_rate, mode.damping_ratio) == (0.0, 0.0)
+    speeds = np.linspace(0.0, 0.9, 40).tolist()
+    for condition in squeal.conditions(shaft, {"Omega": speeds}).conditions:
+        assert {(row.growth_rate, row.damping_ratio) for row in condition.rows} == {(0.0, 0.0)}
