@@ -46,6 +46,7 @@ MOST_PARTS = 200  # of a region that are searched before it is refused
 MOST_ATTEMPTS = 3  # starts for a region whose count shows missing roots
 DENSE_ROWS = 2000  # up to which all roots are computed where few do not suffice
 DISTANT = 1.7  # of a disc's radius: Ritz values beyond stand for roots that its count does not know
+SAME_ROOT = 1e-2  # of a disc's radius: so far apart may be two values of one rough root beyond it
 FARTHEST = 100.0  # of the radius around a shift: Ritz values beyond are left out
 UNCOUNTED_PART = 0.125  # of a region: smaller ones are not halved for a count alone
 SMALLEST_PART = 1e-3  # of a region: smaller ones are not halved
@@ -558,9 +559,9 @@ def _count_in_disc(
     if problem.is_real:  # det P of conjugate z is conjugate: so should the quotient be
         # conjugates in the disc are among the roots already
         conjugates = known.conj()[~disc.contains(known.conj())]
-        distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
-        # a rough root within a thousandth of a conjugate is the same root
-        known = np.append(known, conjugates[distances > 1e-3 * np.abs(conjugates)])
+        distances = np.abs(conjugates[:, None] - outside).min(axis=1, initial=np.inf)
+        # a rough root so near to a conjugate is the same one, as those of a free motion's zeros
+        known = np.append(known, conjugates[distances > SAME_ROOT * disc.radius])
         upper = ritz[ritz.imag > 0.0]
         ritz = np.append(upper, upper.conj())
     distant = ritz[np.abs(ritz - disc.centre) > DISTANT * disc.radius]

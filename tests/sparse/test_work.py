@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
-from squeal.sparse.argument_principle import NODE_COUNTS
+from squeal.linear.system import System
+from squeal.sparse.argument_principle import NODE_COUNTS, Rectangle
 from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.factor import Factor
 from squeal.sparse.quadratic import ScaledSystem
@@ -39,6 +41,26 @@ def test_one_for_a_region_and_few_for_its_count(factorised, scaled, certify):
     factorised.clear()
     lowest_modes(problem, 6, certify)  # after a first look; of a circle around zero its upper half
     assert len(factorised) == 2 + certify * (NODE_COUNTS[1] // 2)
+
+
+@pytest.mark.parametrize("damping", [0.0, 1e-3])
+@pytest.mark.parametrize("chains", [1, 3])
+def test_eight_determinants_beside_free_motions(factorised, chains, damping):
+    """Free chains of n masses vibrate at 2 sqrt(k) sin(j pi / 2n) rad/s, with j = 0 twice at zero,
+    beside the outline of the band's disc. Rough zeros scatter, and have no conjugates beside."""
+    n = 300
+    bends = np.r_[1.0, np.full(n - 2, 2.0), 1.0]
+    chain = diags_array([bends, -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1])
+    stiffness = 1.0 + np.arange(chains) / 7
+    K = csc_array(block_diag([k * chain for k in stiffness]))
+    problem = ScaledSystem(System(eye_array(chains * n), damping * K, K)).at({})
+    frequencies = np.outer(np.sqrt(stiffness), 2 * np.sin(np.arange(n) * np.pi / (2 * n))).ravel()
+    high = 0.06
+    inside = (frequencies > high / 6) & (frequencies < high)
+    found = modes_in(problem, Rectangle(-high / 4, high / 4, high / 6, high))
+    assert np.allclose(abs(found.values), np.sort(frequencies[inside]), rtol=1e-9)
+    assert found.certified
+    assert len(factorised) == 1 + NODE_COUNTS[0]
 
 
 def test_one_for_a_basis_and_none_for_what_it_answers(factorised, scaled):
