@@ -53,6 +53,17 @@ def coarse_charts():
         yield
 
 
+@pytest.fixture(scope="module")
+def without_layout():
+    """Figures whose parts nobody moves apart, which takes half of the time that they take: for
+    files of which kind, content and refusals are at stake."""
+    from squeal.plots.style import RC
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setitem(RC, "figure.constrained_layout.use", False)
+        yield
+
+
 def _refuse_connections(event: str, arguments: tuple[Any, ...]) -> None:
     if event != "socket.connect" or isinstance(arguments[1], (str, bytes)):  # of a path
         return

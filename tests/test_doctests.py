@@ -10,7 +10,7 @@ import squeal
 from tests.test_house import MODULES
 
 
-@pytest.mark.usefixtures("coarse_charts")
+@pytest.mark.usefixtures("coarse_charts", "without_layout")
 @pytest.mark.parametrize("name", [n for n, file in MODULES.items() if ">>> " in file.read_text()])
 def test_examples_print_what_they_show(name, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)  # where examples write their files

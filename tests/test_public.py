@@ -173,13 +173,6 @@ def test_an_answer_prints_and_saves_what_it_holds(tmp_path):
             answer.save("table.txt")
 
 
-@pytest.mark.usefixtures("coarse_charts")
-def test_answers_draw_themselves(tmp_path):
-    for answer in (squeal.eigenvalues(PAD), squeal.thresholds(SYSTEM)):
-        answer.save(tmp_path / "figure.png")
-        assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
-
-
 def test_without_pandas_there_are_no_data_frames(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(InputError, match="pandas is not installed"):

@@ -1,4 +1,4 @@
-"""A pad that flutters, as a file."""
+"""A pad that flutters, as a file; pictures are made without a layout."""
 
 import pytest
 
@@ -14,3 +14,8 @@ def pad(tmp_path):
     path = tmp_path / "pad.yaml"
     path.write_text(PAD)
     return path
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _without_layout(without_layout):
+    """Of pictures that commands write their kind is at stake, and what they hold."""

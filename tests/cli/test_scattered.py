@@ -16,7 +16,7 @@ K:
   - {matrix: [[0, -1], [-1, 0]], factor: k}
   - {matrix: [[0, 1], [0, 0]], factor: mu}
 """
-SPREADS = "samples: 60\nseed: 7\nspreads:\n  a: {absolute: 0.2}\n"
+SPREADS = "samples: 24\nseed: 7\nspreads:\n  a: {absolute: 0.2}\n"
 
 
 def exact(level):
@@ -33,12 +33,12 @@ def test_the_answer_is_that_of_the_closed_form(capsys, tmp_path):
     found = answer(capsys, "scatter", system, spreads, *files)
     assert {one["name"] for one in found["provenance"]["inputs"]} == {*names[:2]}
     found = found["scatter"]
-    assert (found["samples"], found["seed"], found["failed"]) == (60, 7, 0)
+    assert (found["samples"], found["seed"], found["failed"]) == (24, 7, 0)
     assert found["spreads"] == [{"name": "a", "kind": "absolute", "size": 0.2}]
     held = [(q["low"] or 0) <= exact(q["level"]) <= (q["high"] or 9) for q in found["quantiles"]]
     assert sum(held) >= len(held) - 1
     assert found["interval"][0] <= found["stable"] <= found["interval"][1]
     mus, share = np.loadtxt(table, skiprows=1, delimiter=",", usecols=(0, 1)).T
-    assert np.allclose(share, np.arange(1, 61) / 60)
+    assert np.allclose(share, np.arange(1, 25) / 24)
     assert np.mean(mus > 1.0) == pytest.approx(found["stable"])
     assert picture.read_bytes().startswith(b"\x89PNG")

@@ -278,7 +278,7 @@ def test_the_check_of_reduced_components_says_what_is_of_the_full_ones(brake):
     assert max(low.frequencies_hz) <= 2000.0
 
 
-@pytest.mark.usefixtures("coarse_charts")
+@pytest.mark.usefixtures("coarse_charts", "without_layout")
 def test_a_page_of_reduced_components_names_no_mass(brake):
     path, _, _ = brake
     page = path.with_name("page.html")
