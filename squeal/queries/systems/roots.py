@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
@@ -450,6 +449,8 @@ def _most_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int:
     n = len(M)
     if scaled_rank(M) == n:
         return 2 * n
+    from scipy.optimize import linear_sum_assignment  # slow to load, and M is hardly ever singular
+
     damping = np.zeros_like(M) if C is None else C
     # of an entry that is zero for all z: so low that the degree of a product with it is below 0
     degrees = np.full((n, n), -2 * n)
