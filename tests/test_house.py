@@ -36,8 +36,9 @@ CEILINGS = {
 @functools.cache  # asked for by this file alone, which every worker collects
 def imports() -> dict[str, set[str]]:
     """What each module imports, but for the one import upwards."""
-    assert UPWARDS[1] in graph(ROOT)[UPWARDS[0]]  # else it is listed no longer
-    return downwards(ROOT)
+    links = graph(ROOT)
+    assert UPWARDS[1] in links[UPWARDS[0]]  # else it is listed no longer
+    return downwards(links)
 
 
 @functools.cache
