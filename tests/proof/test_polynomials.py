@@ -138,14 +138,16 @@ def test_counts_of_rational_functions_are_those_of_numpy(seed):
     C = [Term(C0), Term(C1, factors[0])] if seed % 2 else []
     exact = ExactRange.of(Terms([Term(np.eye(2))], C, K, HALF_ULP), 0.0, 2.0)
     assert exact is not None
-    for mu in np.linspace(0.0013, 1.9987, 1000):
-        stiffness = K0 + 6.0 * np.eye(2) + factors[0](mu) * K1 + factors[1](mu) * K2
-        damping = (C0 + factors[0](mu) * C1) * (seed % 2)
-        A = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -damping]])
-        roots = np.linalg.eigvals(A)
+    start = int(np.sum(exact.roots_at(0.0).real > 0.0))
+    values = np.linspace(0.0013, 1.9987, 1000)
+    first, second = (np.array([factor(mu) for mu in values])[:, None, None] for factor in factors)
+    A = np.zeros((len(values), 4, 4))
+    A[:, :2, 2:] = np.eye(2)
+    A[:, 2:, :2] = -(K0 + 6.0 * np.eye(2) + first * K1 + second * K2)
+    A[:, 2:, 2:] = -(C0 + first * C1) * (seed % 2)
+    for mu, roots in zip(values, np.linalg.eigvals(A), strict=True):
         if np.min(abs(roots.real)) < 1e-5 and seed % 2:  # beside a threshold
             continue
-        start = int(np.sum(exact.roots_at(0.0).real > 0.0))
         expected = start + sum(change.rise for change in exact.changes if change.high < mu)
         assert np.sum(roots.real > 1e-5) == expected
 
