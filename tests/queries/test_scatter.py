@@ -275,7 +275,7 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
     steps = []
     again = scatter(system, EVEN, **asked, journal=journal, progress=lambda *one: steps.append(one))
     assert steps[0] == (2, 40)
-    whole = scatter(system, EVEN, **asked, workers=2)
+    whole = scatter(system, EVEN, **asked)
     assert again.to_records() == whole.to_records()
     assert scatter(system, EVEN, **asked, journal=journal).to_records() == whole.to_records()
     with pytest.raises(InputError, match="no samples of this question"):
