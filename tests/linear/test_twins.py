@@ -47,9 +47,7 @@ def test_each_of_nearly_equal_pads_has_its_own_threshold(numbers, apart):
 
 WINDOWS = [
     (0.52246391, 6.3e-7, 2.3e-6, 3.3e-5),
-    (0.31, 1e-8, 4e-8, 1e-5),
     (1.7, 5e-8, 1e-7, 1e-3),
-    (0.9, 3e-7, 4e-7, 1e-5),
 ]
 
 

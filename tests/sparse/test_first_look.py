@@ -105,7 +105,7 @@ def test_workers_give_the_same_bits():
     brake = random_brake(0)
     K = (brake.K[0], Term(brake.K[1].matrix, Formula("mu * gap")))
     brake = replace(brake, K=K, parameters={"mu": 0.3, "gap": 1.0})
-    axes = squeal.Axis("mu", 0.0, 0.8, 3), squeal.Axis("gap", 0.5, 1.5, 2)
+    axes = squeal.Axis("mu", 0.0, 0.8, 2), squeal.Axis("gap", 0.5, 1.5, 2)
 
     def swept(workers):
         return squeal.sweep(brake, [0.1, 0.5], BAND, method="modal", workers=workers).to_dict()
@@ -156,13 +156,14 @@ def bands_of(f):
 
 @pytest.mark.filterwarnings("ignore:real modes up to")
 @pytest.mark.parametrize("kind", ["undamped", "damped", "gyroscopic", "free", "complex"])
-@pytest.mark.parametrize("n", [1, 2, 3, 40])
-@pytest.mark.parametrize("method", ["modal", "reduced"])
+@pytest.mark.parametrize(
+    ("method", "n"), [("modal", 1), ("reduced", 1), ("reduced", 3), ("modal", 40), ("reduced", 40)]
+)
 def test_a_small_system_has_the_roots_of_its_companion_matrix(method, n, kind):
     if (n, kind) == (1, "free"):
         pytest.skip("nothing is left of the structure")
     system, f = small_system(n, kind)
-    values = [0.0, 0.3, 0.6]
+    values = [0.0, 0.6]
     roots = {}
     for mu in values:
         M, C, K = system.arrays({"mu": mu})
