@@ -102,7 +102,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, monkeypatch, cap
     monkeypatch.chdir(tmp_path)
     system = "K: [{matrix: [[1]], factor: a}, {matrix: [[-1]], factor: mu}]\n"
     (tmp_path / "one.yaml").write_text("parameters: {a: 1.0}\nM: [[1]]\n" + system)
-    (tmp_path / "spreads.yaml").write_text("samples: 300\nspreads: {a: {within: 0.5}}\n")
+    (tmp_path / "spreads.yaml").write_text("samples: 120\nspreads: {a: {within: 0.5}}\n")
     journal = tmp_path / "run.jsonl"
     table = tmp_path / "table.csv"
     command = ["scatter", "one.yaml", "spreads.yaml", "--of", "growth", "--csv", table.name]
@@ -116,7 +116,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, monkeypatch, cap
         time.sleep(0.01)
     running.send_signal(signal.SIGINT)
     assert running.wait() == 130
-    assert journal.read_text().count("\n") < 300
+    assert journal.read_text().count("\n") < 120
     resumed = ended(capsys, *command, "--journal", journal.name), table.read_bytes()
     at_once = ended(capsys, *command), table.read_bytes()
     assert resumed == at_once
@@ -124,8 +124,7 @@ def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, monkeypatch, cap
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
-def test_no_process_outlives_its_parent(tmp_path, how):
+def test_no_process_outlives_its_parent(tmp_path):
     (tmp_path / "marks").mkdir()
     (tmp_path / "script.py").write_text(SCRIPT)
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
@@ -135,7 +134,7 @@ def test_no_process_outlives_its_parent(tmp_path, how):
     while not list((tmp_path / "marks").glob("works *")):
         assert running.poll() is None
         time.sleep(0.01)
-    running.send_signal(how)
+    running.kill()  # which leaves it no time to end others itself
     running.wait()
     until = time.monotonic() + 10.0
     with suppress(ProcessLookupError):  # nobody is left in the group
