@@ -5,7 +5,6 @@ import shlex
 
 import numpy as np
 import pytest
-from scipy.linalg import eigvals
 
 import squeal
 from squeal.cli.main import main
@@ -114,23 +113,6 @@ def test_the_solids_are_those_of_scikit_fem():
     order = basis.nodal_dofs.T.ravel()
     _, K = assembled(places, cells, (young, poisson, density))
     assert abs(K.toarray() - wanted[np.ix_(order, order)]).max() <= 1e-12 * abs(wanted).max()
-
-
-def test_the_brake_has_the_roots_that_scipy_finds():
-    system = solid_brake(500, around=42).system
-    M, C, K = (matrix.toarray() for matrix in system.at())
-    n = len(M)
-    stiffness = np.linalg.solve(M, K)
-    damping = np.linalg.solve(M, C)
-    roots = eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]))
-    low = 500.0
-    high = 4000.0
-    hertz = (roots[roots.imag > 0.0].imag / (2 * np.pi)).tolist()
-    expected = sorted(value for value in hertz if low < value < high)
-    found = squeal.eigenvalues(system, band=(low, high))
-    assert sorted(root.frequency_hz for root in found.eigenvalues) == pytest.approx(
-        expected, rel=1e-8
-    )
 
 
 def test_a_form_is_refused_where_it_would_be_ignored(tmp_path, capsys):

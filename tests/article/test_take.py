@@ -143,7 +143,7 @@ def test_without_a_name_the_command_lists_the_figures(build, capsys, monkeypatch
     assert main(["take"]) == 0
     lines = [line.strip() for line in capsys.readouterr().out.splitlines()]
     assert any(line.startswith("fig01") for line in lines)
-    assert main(["take", "fig11", "--to", "taken", "--json"]) == 0
+    assert main(["take", "b2-c.steps", "--to", "taken", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["folder"] == "taken"
 
 
