@@ -84,7 +84,7 @@ def test_many_values_of_mu_together_are_those_of_one_by_one():
 WIDE = [(seed, True) for seed in (50008, 50109, 71064, 73620)]
 
 
-@pytest.mark.parametrize(("seed", "wide"), [*((k, False) for k in range(4)), *WIDE])
+@pytest.mark.parametrize(("seed", "wide"), [*((k, False) for k in range(2)), *WIDE])
 def test_random_pads_agree_with_50_digits_through_the_whole_chain(seed, wide):
     # `python -m benchmarks.random_pads` examines 1000 of them, and what the referee says
     found = examine(seed, wide, prove=False)
