@@ -254,9 +254,9 @@ def _meetings_seen_from(
 def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) -> Bools:
     """Which pairs (pairs,) may meet on the line, or with damping cross it, within a step.
 
-    d and, with damping, the real parts of both roots are sampled around the closest approach. They
-    may vanish where their sign changes up to their errors. spectrum: one end of the step; span: its
-    length.
+    d and, with damping, the real parts of both roots are sampled at the ends of the step and around
+    the closest approach: two modes of unequal damping may grow far around it. They may vanish where
+    their sign changes up to their errors. spectrum: one end of the step; span: its length.
     """
     k = pairs.k
     l = pairs.l
@@ -268,6 +268,8 @@ def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) ->
     offsets = np.concatenate([-offsets, [0.0], offsets])[:, None]
     centre = pairs.ends.mean(axis=0)
     x = np.clip(centre + offsets * np.maximum(pairs.half_width, width), 0.0, span)
+    ends = np.broadcast_to([[0.0], [span]], (2, len(k)))
+    x = np.concatenate([x, ends])
     d = (pairs.u + x * pairs.v) ** 2 / 4 + x**2 * product
     error = x**2 * 0.1 * size  # a tenth of the coupling may be wrong
     meets = _passes_zero(d.real, error)

@@ -207,16 +207,18 @@ class CrossingSearch:
         after = self.at(high)
         match = _match(before, after)
         division = self._division(before, after, match)
-        guesses: list[CrossingGuess] = []
+        crossings: list[AxisCrossing] = []
         if division is None:
             for i, j in zip(match.before, match.after, strict=True):
-                guesses_of_root = self._guesses_of_root(before, after, i, j)
-                if not guesses_of_root and _changes_sign(before.z[i], after.z[j]):
-                    division = (low + high) / 2  # it crosses, and no crossing was located
+                of_root = self._crossings_of_root(before, after, i, j)
+                inside = [crossing for crossing in of_root if low <= crossing.value <= high]
+                if not _explain(inside, before.z[i], after.z[j]):
+                    division = (low + high) / 2
                     break
-                guesses += guesses_of_root
+                crossings += of_root
         if division is None:
-            yield from guesses
+            for crossing in crossings:
+                yield CrossingGuess(crossing.value, crossing.omega, crossing.right, crossing.left)
         elif high - low > shortest and len(self._spectra) < MOST_SPECTRA:
             yield from self.between(low, division, shortest)
             yield from self.between(division, high, shortest)
@@ -288,10 +290,10 @@ class CrossingSearch:
         may_cross = _changes_sign(z, z + 2 * change)
         return bool(np.any(stays | meets_conjugate | may_cross))
 
-    def _guesses_of_root(
+    def _crossings_of_root(
         self, before: SpectrumAtParameter, after: SpectrumAtParameter, i: int, j: int
-    ) -> list[CrossingGuess]:
-        """The crossings on a step of one root, number i at its start and j at its end.
+    ) -> list[AxisCrossing]:
+        """The crossings on a step of one root, number i at its start and j at its end, each once.
 
         The Hermite cubic through Re z and its slopes at both ends has zeros, from which Newton's
         method on the reduced system starts. Where the method does not converge, or converges far
@@ -304,7 +306,7 @@ class CrossingSearch:
         cubic = hermite_cubic(
             start.real, span * before.slopes[i].real, end.real, span * after.slopes[j].real
         )
-        guesses = []
+        crossings: list[AxisCrossing] = []
         for t in zeros_between(cubic):  # t from 0 to 1 on the step
             value = before.value + t * span
             root = complex(start + t * (end - start))
@@ -315,11 +317,11 @@ class CrossingSearch:
                     guess = self._guess(after, j, value, root)
                 crossing = axis_crossing(self.scaled, self.name, guess)
                 # up to a quarter of the span beyond either end: half + quarter from the middle
-                if abs(crossing.value - middle) <= 3 * span / 4:
-                    guesses.append(
-                        CrossingGuess(crossing.value, crossing.omega, crossing.right, crossing.left)
-                    )
-        return guesses
+                if abs(crossing.value - middle) > 3 * span / 4:
+                    continue
+                if not any(_is_same(crossing, other) for other in crossings):
+                    crossings.append(crossing)
+        return crossings
 
     def _guess(
         self, spectrum: SpectrumAtParameter, k: int, value: float, root: complex
@@ -333,6 +335,18 @@ class CrossingSearch:
             right=spectrum.right[:, k] / self.scaled.scale,
             left=spectrum.left[:, k] / self.scaled.scale,
         )
+
+
+def _explain(crossings: Sequence[AxisCrossing], start: complex, end: complex) -> bool:
+    """Whether the crossings of a root on a step explain where it grows, from its start to its end.
+
+    An end where it neither grows nor decays by more than rounding allows any number of crossings.
+    """
+    signs = np.sign(_growth_beyond_rounding(np.array([start, end])))
+    if not signs.all():
+        return True
+    rise = sum(crossing.direction for crossing in crossings)
+    return bool(signs[0] + 2 * rise == signs[1])
 
 
 def _changes_sign(before: NDArray, after: NDArray) -> Bools:
@@ -514,10 +528,11 @@ def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing |
 
 
 def _is_same(one: AxisCrossing, other: AxisCrossing) -> bool:
-    """Whether two crossings agree in parameter, frequency and mode."""
+    """Whether two crossings agree in parameter, direction, frequency and mode."""
     distance = SAME_SHARE * max(abs(one.value), abs(other.value)) + one.width + other.width
     return bool(
-        abs(one.value - other.value) <= distance
+        one.direction == other.direction
+        and abs(one.value - other.value) <= distance
         and abs(one.omega - other.omega) <= SAME_SHARE * max(one.omega, other.omega)
         and abs(np.vdot(one.right, other.right)) > 0.5
     )
@@ -539,7 +554,10 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
     x = guess.right / np.linalg.norm(guess.right)
     y = guess.left / np.linalg.norm(guess.left)
     for k in range(NEWTON_STEPS):
-        problem = scaled.at({name: value, **scaled.system.frequency(omega)})
+        try:
+            problem = scaled.at({name: value, **scaled.system.frequency(omega)})
+        except InputError:
+            break  # a step led beyond a table of the parameter, or to a pole
         # P^-H b is computed as the conjugate of P'^-1 conj(b), with the transpose P'
         if k % STEPS_PER_FACTOR == 0:
             _, factor = factorise_at(problem, complex(0.0, omega))
@@ -642,8 +660,11 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     sizes = np.abs(jacobian).max(axis=0)  # of the columns, whose units differ
     if not (sizes.all() and np.linalg.cond(jacobian / sizes) <= 1e12):
         return None
-    inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
-    omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
+    with np.errstate(over="ignore", invalid="ignore"):
+        inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
+        omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
+    if not math.isfinite(step) or not math.isfinite(omega_step):
+        return None  # the parameter hardly moves the root
     # how far rounding of P x, in both equations, may move the two unknowns
     uncertain = 2 * EPS * at_guess.size * np.abs(inverse).sum(axis=1)
     omega_uncertain, p_uncertain = uncertain.tolist()

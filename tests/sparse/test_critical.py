@@ -158,3 +158,72 @@ def test_a_root_of_a_structural_loss_factor_crosses_where_it_is_known_to(low, rn
     """One root and no mirror image: below the axis lie images that grow without meaning."""
     region = Rectangle(-60.0, 60.0, low, 600.0)
     assert_the_crossing(*large.with_loss_factor(rng), region, [0.0, 0.7, 1.4])
+
+
+def system_with(block_of_0, block_of_1, damping, others):
+    """A diagonal system of 401 rows but for a first block (m, m): K = K0 + mu K1."""
+    n = 401
+    m = len(damping)
+    frequencies = np.r_[others, np.linspace(7000.0, 30000.0, n - m - len(others))]
+    K0 = block_diag([np.array(block_of_0), np.diag(frequencies**2)], format="csc")
+    K1 = block_diag([np.array(block_of_1), csc_array((n - m, n - m))], format="csc")
+    C = np.diag(np.r_[damping, 2e-3 * frequencies])
+    return squeal.System(csc_array(np.eye(n)), csc_array(C), {"1": K0, "mu": K1})
+
+
+@pytest.mark.parametrize(
+    ("middle", "half", "damping"),
+    [
+        (0.21, 9.4e-4, (0.27, 1.36e-4)),  # the window is 22 times wider than the coalescence
+        (0.28841316584493715, 0.0010546382761000158, (1.0029242140838364, 4.022070177394877e-4)),
+        (0.4267785643359989, 1.0429272997736784e-4, (0.041698575842344356, 2.951308306352077e-4)),
+        (0.3131, 9.4e-4, (1.36e-4, 0.27)),
+    ],
+)
+def test_both_ends_of_a_window_of_unequally_damped_modes_are_found(middle, half, damping):
+    """Routh and Hurwitz: with d = slope (mu - middle), c = c1 c2 and s = c1 + c2 the ends are the
+    zeros of 4 c d^2 + s (c2 - c1) c d + s^2 (w^2 c - e^2)."""
+    w = 4300.0
+    slope = 2e5
+    e = half * slope
+    block = [[w**2 - slope * middle, e], [-e, w**2 + slope * middle]]
+    system = system_with(block, np.diag([slope, -slope]), damping, [3900.0, 4550.0])
+    c1, c2 = damping
+    c = c1 * c2
+    s = c1 + c2
+    ends = np.sort(np.roots([4 * c, s * (c2 - c1) * c, s**2 * (w**2 * c - e**2)])) / slope
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(600.0, 800.0))
+    assert [crossing.direction for crossing in answer.crossings] == ["up", "down"]
+    assert [crossing.mu for crossing in answer.crossings] == pytest.approx(middle + ends, rel=1e-9)
+    assert answer.certified
+
+
+def test_one_mode_that_left_the_band_explains_no_end_of_growth_of_another():
+    """A real root grows out of the band; a window after it, whose end is hard to locate."""
+    half = 1e-3
+    slope = 1e3
+    w = 200.0
+    block = np.diag([300.0**2, w**2 - 0.75 * slope, w**2 + 0.75 * slope])
+    block[1, 2] = half * slope
+    block[2, 1] = -half * slope
+    change = np.diag([-(300.0**2) / 0.3, slope, -slope])
+    system = system_with(block, change, [0.6, 4e-6, 4e-6], [900.0, 1500.0])
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(0.0, 100.0))
+    ends_at = [crossing.mu for crossing in answer.crossings if crossing.direction == "down"]
+    if answer.certified:
+        assert ends_at == pytest.approx([0.751], abs=1e-9)
+
+
+@pytest.mark.parametrize("change", [1e-3, 1e-9, 1e-308])
+def test_a_step_beyond_a_table_ends_the_search_for_a_crossing_that_is_none(change, tmp_path):
+    """A damped mode that the parameter hardly moves crosses nothing up to the end of the table."""
+    (tmp_path / "table.csv").write_text("mu,factor\n0,0\n1,1\n")
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        "parameters: {mu: 0}\nM: [[1]]\nC: [[0.1]]\nK:\n- matrix: [[1]]\n"
+        f"- {{matrix: [[{change:.1e}]], table: {{file: table.csv, column: factor}}}}\n"
+    )
+    unit = np.ones(1, complex)
+    scaled = ScaledSystem(squeal.read_system(path).system)
+    with pytest.raises(ComputationError, match="no crossing"):
+        axis_crossing(scaled, "mu", CrossingGuess(0.5, 1.0, unit, unit))

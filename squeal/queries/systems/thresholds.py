@@ -624,6 +624,11 @@ def _typical_values(
     return typical
 
 
+def _left_between(continuation: BandContinuation, first: float, second: float) -> int:
+    """How many roots fewer the band has at a second value than at a first one."""
+    return max(0, len(continuation.at(first).z) - len(continuation.at(second).z))
+
+
 def _compare(
     continuation: BandContinuation, events: Sequence[Event], values: Sequence[float], band: str
 ) -> _Comparison:
@@ -633,9 +638,9 @@ def _compare(
     in the middle of the first interval plus what the events bring, see `_typical_values`. A value
 
     - with more growing roots is unexplained;
-    - with fewer, if that changes the verdict, has a growing root outside of the band; but if it has
-      no fewer roots in the band, and in the first interval below the typical value, growth at the
-      typical value is unexplained;
+    - with fewer, if that changes the verdict, has a growing root outside of the band; but if so
+      many roots have not left the band, and in the first interval below the typical value, growth
+      at the typical value is unexplained;
     - with as many and another verdict crosses nothing: a pair became two real roots or the reverse,
       or another root grows fastest.
 
@@ -669,17 +674,20 @@ def _compare(
     counts = [continuation.at(value).unstable_count for value in typical]
     unexplained = []
     for cluster, (below, above) in zip(clusters, itertools.pairwise(typical), strict=True):
+        least_below, most_below = continuation.at(below).count_bounds
+        least_above, most_above = continuation.at(above).count_bounds
+        rise = sum(event.rise for event in cluster)
+        at_cluster = f"{continuation.name} = {cluster[0].value:.6g}"
         # what grows above and did not below has crossed; where a real root crosses another one may
         # have come from above the band
-        _, most_below = continuation.at(below).count_bounds
-        least_above, _ = continuation.at(above).count_bounds
-        rise = sum(event.rise for event in cluster)
         if most_below + rise < least_above and all(event.omega > 0.0 for event in cluster):
-            at_cluster = f"{continuation.name} = {cluster[0].value:.6g}"
             unexplained.append(
                 f"what grows beside {at_cluster} does not follow from what crosses there; a "
                 f"growing mode may have entered {band}"
             )
+        # what grew below, or began to grow, and does not above has left the band
+        if least_below + rise - most_above > _left_between(continuation, below, above):
+            unexplained.append(f"growth that begins at or below {at_cluster} ends at no threshold")
     left_out: dict[int, str] = {}  # by the number of the interval
     for value in sorted({*computed, *midpoints}):
         k = sum(cluster[0].value < value for cluster in clusters)  # the number of its interval
@@ -694,8 +702,8 @@ def _compare(
             unexplained.append(f"{what} at {here} follows from no threshold that was located")
         elif is_fewer and is_other_verdict:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
-            roots_here = len(continuation.at(value).z)
-            has_left = roots_here < len(continuation.at(typical[k]).z)
+            missing = typical_count.growing_roots - most_growing
+            has_left = missing <= _left_between(continuation, typical[k], value)
             # in the first interval growth begins without an event; it is not hidden by rounding,
             # since the value is not next to an event
             if not has_left or (k == 0 and value < typical[k]):
