@@ -428,9 +428,10 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
         occurrences.update(file.labels or ())
     for term, file in zip(terms, files, strict=True):
         if file.labels and not any(occurrences[label] > 1 for label in file.labels):
+            node, freedom = file.labels[0]
             raise (term.at / "file").refuse(
-                f"{term.keys['file']} has no row (node, dof) that another matrix has; "
-                "matrices of the same nodes are required"
+                f"no other matrix has the rows of {term.keys['file']}, the first of which is node "
+                f"{node}, dof {freedom}; matrices of the same nodes are required"
             )
     assumptions = []
     for part, other in ("MK", "KM", "CK"):

@@ -355,7 +355,10 @@ def critical_speeds(
     if not 0.0 <= low < high:
         raise InputError(f"high: {high:g} is not allowed; it must be above low, at least 0")
     if not orders or any(order <= 0.0 for order in orders):
-        raise InputError("orders: must be numbers above 0")
+        raise InputError(
+            "orders: must be numbers above 0; of order 0 are standing waves, and real roots "
+            "at every speed"
+        )
     reduction = None
     if not is_small(system):
         reduction = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())

@@ -321,6 +321,16 @@ def test_critical_speeds_are_judged_by_the_margin_of_the_standard(running, ratio
     assert (words in str(found)) != is_near
 
 
+def test_a_wave_that_stands_still_has_no_critical_speed_of_order_0():
+    """A disc in the fixed frame: its backward wave, 3 - 2 Omega, stands still at Omega = 1.5."""
+    C = {"4 * Omega": [[0, 1], [-1, 0]]}
+    disc = squeal.System(np.eye(2), C, {"9 - 4 * Omega**2": np.eye(2)}, parameter="Omega")
+    with pytest.raises(InputError, match=r"orders: .* of order 0 are standing waves"):
+        squeal.critical_speeds(disc, 3.0, orders=(0.0,))
+    frequencies = np.abs(squeal.sweep(disc, [1.0, 1.5, 2.0]).steps[1].roots.imag)
+    assert sorted(frequencies) == pytest.approx([0.0, 0.0, 6.0, 6.0], abs=1e-6)
+
+
 def test_growth_below_rounding_of_a_root_is_zero():
     """A shaft without damping: every root lies on the imaginary axis, rounding moves it aside."""
     C = {"2 * Omega": [[0, 1], [-1, 0]]}
