@@ -61,7 +61,9 @@ def sides_of(matrix: Matrix, labels: Labels | None = None) -> Sides:
     """The sides of a matrix (n, n); without labels each row is a node."""
     whole = csc_array(matrix, copy=True)
     whole.sum_duplicates()
-    nodes = np.array(labels)[:, 0] if labels else np.arange(whole.shape[0])
+    nodes = np.arange(whole.shape[0])
+    if labels:
+        nodes = np.array(labels)[:, 0]
     is_entry = csc_array((np.ones(whole.nnz, bool), whole.indices, whole.indptr), whole.shape)
     is_one_sided = is_entry > is_entry.T
     entries = whole.multiply(is_one_sided).tocoo()  # without zeros
@@ -144,9 +146,11 @@ def complete(
         Where nothing declares one triangle, and it may be that of a symmetric matrix or not; where
         a matrix declared symmetric is not.
     """
-    if symmetric is False:
+    declared = symmetric
+    if symmetric is None:
+        declared = file.symmetric
+    elif not symmetric:
         return matrix, False
-    declared = file.symmetric if symmetric is None else symmetric
     sides = sides_of(file.matrix, file.labels)
     if declared and sides.paired and abs(matrix - matrix.T).max() > 0.0:
         raise InputError("is not symmetric; symmetric: true is not allowed")
