@@ -1,191 +1,41 @@
 """The verb `scatter`: what tolerances or ranges of many parameters make of stability.
 
 Samples of the parameters are drawn, and for each the critical friction, or the largest growth rate
-in a band, is computed. Of a large system a reduced one is computed, whose residual in the full
-problem is reported.
+in a band, is computed (see `samples`).
 """
-
-from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.linear.eigen import values_of
 from squeal.linear.system import TermSystem
-from squeal.linear.verdicts import decide
 from squeal.queries import sample_journal
 from squeal.queries.options import FRICTION_END, RandomNumbers, seed_of, upper_end
-from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.parameter_space import (
     NO_EQUILIBRIUM,
     NO_PAD,
     ROUNDING,
-    Outcome,
     ParameterSpace,
-    first_loss,
 )
+from squeal.queries.samples import Changes, SampleComputer, sample_computer, samples_of
 from squeal.queries.sampling import SPREADS, parameters_at, points_of_unit_cube, require_spreads
-from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
-from squeal.queries.systems.reduced import basis_of, estimated_roots, reduced_for
+from squeal.queries.systems.reduced import basis_of
 from squeal.queries.systems.seat import warn_of_held_seat
 from squeal.queries.systems.system_analysis import file_of, refuse_without_effect
-from squeal.queries.systems.thresholds import system_thresholds
-from squeal.queries.systems.verdicts import rounding_of, verdict_of_some
 from squeal.queries.variance_indices import points_for_indices, sobol_indices
-from squeal.results.scatter import CONFIDENCE, Index, Sample, Scatter, Spread
+from squeal.results.scatter import CONFIDENCE, Index, Measure, Sample, Scatter, Spread
 from squeal.results.sources import EigenvalueSelection, digest_of
 from squeal.schema import Place, Positive, public
-from squeal.sparse.reduction import Reduction
 
 CHUNK = 64  # pads that are computed together
-SERVED = 24  # samples for which a reduced system is made
-
-Changes: TypeAlias = dict[str, float]
-"""Parameters of a sample by name; all others have their own value."""
-
-
-@dataclass(frozen=True)
-class ThresholdSamples:
-    """Computes the first loss of stability up to `high` of changed pads or small systems."""
-
-    space: ParameterSpace
-    band: tuple[float, float] | None
-    high: float
-
-    def samples(self, changes: Sequence[Changes]) -> list[Sample]:
-        """The sample of each change of parameters."""
-        outcomes = self.space.outcomes(changes, self.high, self.band)
-        samples = []
-        for values, outcome in zip(changes, outcomes, strict=True):
-            samples.append(_threshold_sample(values, outcome))
-        return samples
-
-
-@dataclass(frozen=True)
-class ReducedThresholdSamples:
-    """Computes the first loss of stability up to `high` of a large system.
-
-    The reduced system says where to search; the threshold is located on the full one.
-    """
-
-    reduction: Reduction
-    selection: EigenvalueSelection
-    high: float
-
-    def sample(self, values: Changes) -> Sample:
-        """The sample at changed parameters, with the residual of the reduced system there."""
-        try:
-            reduction = self.reduction.replaced(values)
-            full_system = reduction.scaled.system
-            search = system_thresholds(
-                full_system, self.high, selection=self.selection, served=reduction
-            )
-            outcome = first_loss(search.answer, self.high)
-            mu = self.high  # without a threshold the whole range was searched
-            if outcome.critical is not None:
-                mu = outcome.critical
-            residuals = reduction.modes({search.answer.parameter: mu}).residuals
-        except (InputError, ComputationError) as error:
-            return _refused(values, error)
-        return _threshold_sample(values, outcome, float(np.max(residuals, initial=0.0)))
-
-
-@dataclass(frozen=True)
-class GrowthSamples:
-    """Computes the growth rates of the selected roots of a pad, a system or a reduced one."""
-
-    subject: Scene | TermSystem | Reduction
-    selection: EigenvalueSelection
-
-    def sample(self, values: Changes) -> Sample:
-        """The sample at changed parameters: its verdict, and the mode that grows fastest."""
-        try:
-            selected = self._roots(values)
-        except (InputError, ComputationError) as error:
-            return _refused(values, error)
-        roots = selected.roots
-        if not len(roots):
-            return Sample(values, reason="no root lies in the band")
-        # of a pair the root with Im > 0; a real root of real matrices has Im = 0 exactly
-        unstable = roots[(roots.real > selected.rounding) & (roots.imag >= 0.0)]
-        fastest = roots[np.argmax(roots.real)]
-        residual = None
-        verdict: str | None = decide(roots, selected.rounding).verdict
-        if selected.residuals is not None:  # nothing is counted on a reduced system
-            residual = float(np.max(selected.residuals, initial=0.0))
-            verdict = verdict_of_some(roots, selected.rounding)
-        return Sample(
-            parameters=values,
-            value=float(fastest.real),
-            kind=verdict,
-            frequency_hz=abs(float(fastest.imag)) / math.tau,
-            unstable=len(unstable),
-            propensity=math.fsum(unstable.real / np.abs(unstable)),
-            residual=residual,
-        )
-
-    def _roots(self, values: Changes) -> _RootsOfSample:
-        """The selected roots at changed parameters. Raises InputError, ComputationError."""
-        subject = self.subject
-        if isinstance(subject, Scene):
-            spectrum = analyse(subject.replace(**values)).spectrum
-            return _RootsOfSample(spectrum.values, spectrum.rounding)
-        if isinstance(subject, TermSystem):
-            roots = roots_of_all(subject, self.selection, values)
-            return _RootsOfSample(roots, rounding_of(subject, roots))
-        estimated = estimated_roots(subject, values)
-        return _RootsOfSample(
-            roots=values_of(estimated),
-            rounding=np.array([root.rounding for root in estimated]),
-            residuals=np.array([root.residual for root in estimated]),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class _RootsOfSample:
-    """Roots (m,), how far rounding or an error moves each, 1/s (m,), and residuals (m,)."""
-
-    roots: NDArray[np.complex128]
-    rounding: NDArray[np.float64]
-    residuals: NDArray[np.float64] | None = None
-
-
-SampleComputer: TypeAlias = ThresholdSamples | ReducedThresholdSamples | GrowthSamples
-
-
-def _samples(computer: SampleComputer, changes: Sequence[Changes]) -> list[Sample]:
-    """The samples of a chunk of changes; a task of a process."""
-    if isinstance(computer, ThresholdSamples):  # which computes pads together
-        return computer.samples(changes)
-    return [computer.sample(values) for values in changes]
-
-
-def _refused(values: Changes, error: InputError | ComputationError) -> Sample:
-    """A sample without a result: parameters that no pad can have, or a failed computation."""
-    kind = NO_PAD if isinstance(error, InputError) else None
-    return Sample(values, kind=kind, reason=str(error))
-
-
-def _threshold_sample(values: Changes, outcome: Outcome, residual: float | None = None) -> Sample:
-    """A sample whose value is the critical friction of an outcome, NaN if there is none."""
-    return Sample(
-        parameters=values,
-        value=math.nan if outcome.critical is None else outcome.critical,
-        kind=outcome.kind,
-        frequency_hz=outcome.frequency_hz,
-        residual=residual,
-        reason=outcome.reason,
-    )
 
 
 class _Plan(NamedTuple):
@@ -213,7 +63,7 @@ def scatter(
     samples: int = 400,
     rng: RandomNumbers = 1,
     high: Positive | None = None,
-    of: Literal["threshold", "growth"] = "threshold",
+    of: Measure = "threshold",
     band: tuple[float, float] | None = None,
     design: str = "random",
     indices: bool = False,
@@ -283,42 +133,62 @@ def scatter(
     >>> [0.45 <= q.value <= 0.55 for q in answer.quantiles if q.level == 0.5]
     [True]
     """
-    keys = SPREADS.read(
-        {
-            "spreads": spreads,
-            "samples": samples,
-            "seed": seed_of(rng, "scatter"),
-            "design": design,
-            "indices": indices,
-        },
-        Place("scatter"),
-    )
-    plan = _Plan(**keys)  # the options of drawing, checked
+    options = {
+        "spreads": spreads,
+        "samples": samples,
+        "seed": seed_of(rng, "scatter"),
+        "design": design,
+        "indices": indices,
+    }
+    plan = _Plan(**SPREADS.read(options, Place("scatter")))
     require_spreads(plan.spreads)
-    # what scatters, and the range that is searched
     if of == "growth" and high is None:  # no threshold is searched: any end is allowed
         high = FRICTION_END
     high = upper_end(subject, high)
+    space = _space_of(subject, of, high, plan.spreads)
+    changes = parameters_at(space, plan.spreads, plan.points())
+    computer = sample_computer(space, of, high, EigenvalueSelection(band), changes)
+    question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
+    rows = _compute_all(space.subject, changes, computer, workers, journal, question, progress)
+    return _summary(rows, plan, of, high, space, computer)
+
+
+def _space_of(
+    subject: object, of: Measure, high: float, spreads: dict[str, Spread]
+) -> ParameterSpace:
+    """The parameters of the subject, of which those that scatter must have an effect.
+
+    Raises InputError, also for thresholds up to a value below that of the subject itself.
+    """
     space = ParameterSpace.of(subject, "scatter", high, of)
     if of == "threshold" and high < space.at:
         allowed = f"at least {space.free} = {space.at:g}, at which samples are stable or not"
         raise Place("scatter", "high").must_be(high, allowed)
     if isinstance(space.subject, TermSystem):
         file = file_of(subject)
-        refuse_without_effect(file, plan.spreads, Place("scatter", "spreads"))
+        refuse_without_effect(file, spreads, Place("scatter", "spreads"))
         warn_of_held_seat(file, "scatter")
-    # the samples
-    changes = parameters_at(space, plan.spreads, plan.points())
-    computer = _sample_computer(space, of, high, EigenvalueSelection(band), changes)
-    question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
-    rows = _compute_all(space.subject, changes, computer, workers, journal, question, progress)
+    return space
+
+
+def _summary(
+    rows: Sequence[Sample],
+    plan: _Plan,
+    of: Measure,
+    high: float,
+    space: ParameterSpace,
+    computer: SampleComputer,
+) -> Scatter:
+    """The answer of samples in the order in which they were drawn.
+
+    Raises ComputationError if none of them was computed.
+    """
     sobol: tuple[Index, ...] = ()
     if plan.indices:
         sobol = _indices_of(rows, plan, high)
         # of the samples at A, B and each AB_i, which are columns of A and B, only those at A and B
         # are independent of one another
         rows = rows[: 2 * plan.samples]
-    # what became of them
     computed = [row for row in rows if row.reason is None]
     if not computed:
         raise ComputationError(f"no sample can be computed: {_first_reason(rows)}")
@@ -326,12 +196,15 @@ def scatter(
     no_pad = sum(row.kind == NO_PAD for row in rows)
     failed = len(rows) - len(computed) - no_pad
     stable = sum(_is_stable(row, of, space.at) for row in computed)
+    basis = basis_of(computer.reduction, computer.selection)
+    if basis is not None:
+        basis["residual"] = max(sample.residual or 0.0 for sample in computed)
     return Scatter(
         name=space.free,
         of=of,
         mu=space.at,
         mu_max=high,
-        band=band,
+        band=computer.selection.band,
         spreads=plan.spreads,
         design=plan.design,
         seed=plan.seed,
@@ -342,7 +215,7 @@ def scatter(
         stable=stable / len(computed),
         interval=_interval_of_share(stable, failed, len(computed) + failed),
         indices=sobol,
-        basis=_basis(computer, computed),
+        basis=basis,
     )
 
 
@@ -354,7 +227,7 @@ def _first_reason(rows: Sequence[Sample]) -> str:
     return NO_EQUILIBRIUM
 
 
-def _is_stable(row: Sample, of: Literal["threshold", "growth"], mu: float) -> bool:
+def _is_stable(row: Sample, of: Measure, mu: float) -> bool:
     """True if a computed sample is stable at its own friction or free parameter `mu`.
 
     Of a threshold: up to it, since nothing is known of what follows the first loss.
@@ -417,7 +290,7 @@ def _compute_all(
         known = sample_journal.read_or_begin(Path(journal), digest)
     missing = [number for number in range(len(chunks)) if number not in known]
     done = sum(len(samples) for samples in known.values())
-    computed = mapped(_samples, [chunks[number] for number in missing], workers, computer)
+    computed = mapped(samples_of, [chunks[number] for number in missing], workers, computer)
     for number, samples in zip(missing, computed, strict=True):
         known[number] = samples
         done += len(samples)
@@ -429,54 +302,3 @@ def _compute_all(
     for number in range(len(chunks)):
         in_order += known[number]
     return in_order
-
-
-def _sample_computer(
-    space: ParameterSpace,
-    of: Literal["threshold", "growth"],
-    high: float,
-    selection: EigenvalueSelection,
-    changes: Sequence[Changes],
-) -> SampleComputer:
-    """The object that computes the samples; of a large system it holds a reduced system.
-
-    The reduced system is made at the own parameters and at about `SERVED` of the changes, evenly
-    chosen.
-
-    Raises InputError for a band with a scene, and for a large system without a band.
-    """
-    subject = space.subject
-    if isinstance(subject, Scene) and selection.band is not None:
-        raise Place("band").refuse("is not allowed with a scene; a system takes it")
-    if isinstance(subject, Scene) or is_small(subject):
-        if of == "threshold":
-            return ThresholdSamples(space, selection.band, high)
-        return GrowthSamples(subject, selection)
-    if selection.band is None:
-        raise InputError(NO_BAND)
-    points_of_basis = [{}, *changes[:: max(1, len(changes) // SERVED)]]
-    if of == "growth":
-        modal = reduced_for(subject, selection, points_of_basis, method="modal")
-        return GrowthSamples(modal, selection)
-    # a search passes through the whole range of the free parameter: each point of the basis gets
-    # another value of it
-    values = np.linspace(0.0, high, len(points_of_basis) + 1)[1:].tolist()
-    spread_over_range = []
-    for parameters, value in zip(points_of_basis, values, strict=True):
-        spread_over_range.append({**parameters, space.free: value})
-    reduction = reduced_for(subject, selection, spread_over_range)
-    return ReducedThresholdSamples(reduction, selection, high)
-
-
-def _basis(computer: SampleComputer, computed: Sequence[Sample]) -> dict[str, Any] | None:
-    """The reduced system with the largest residual over all samples; None without one."""
-    if isinstance(computer, ThresholdSamples):
-        return None
-    if isinstance(computer, ReducedThresholdSamples):
-        basis = basis_of(computer.reduction, computer.selection)
-    elif isinstance(computer.subject, Reduction):
-        basis = basis_of(computer.subject, computer.selection)
-    else:
-        return None
-    assert basis is not None
-    return basis | {"residual": max(sample.residual or 0.0 for sample in computed)}

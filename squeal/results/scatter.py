@@ -21,6 +21,8 @@ Spread: TypeAlias = Annotated[
     instance(Mapping, "a mapping such as {'relative': 0.05}, or of absolute, within or between"),
 ]
 """One of the keys relative, absolute, within and between, with its size."""
+Measure: TypeAlias = Literal["threshold", "growth"]
+"""What is computed of each sample."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,7 @@ class Scatter(Answer):
     panel = Panel(0, "share", Mark.STEPS)
 
     name: str
-    of: Literal["threshold", "growth"]
+    of: Measure
     mu: float
     mu_max: float
     band: tuple[float, float] | None

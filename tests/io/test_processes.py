@@ -34,7 +34,7 @@ def work(*_):
 if __name__ == "__main__":
     from squeal.queries import scatter
     from squeal.cli.main import main
-    scatter._samples = work
+    scatter.samples_of = work
     sys.exit(main(sys.argv[1:]))
 """
 
