@@ -1,7 +1,7 @@
-"""Half a matrix in a file: told from a whole one by its entries, and completed.
+"""Half a matrix in a file: recognised by its entries, and completed.
 
 Programs write one triangle of a symmetric matrix, and do not always say so. A matrix of friction
-may look alike: each of its entries, too, stands on one side of the diagonal alone.
+may look like one: it, too, may have entries on one side of the diagonal alone.
 """
 
 from pathlib import Path
@@ -20,12 +20,13 @@ ONE_SIDED = "no entry has another one on the other side of the diagonal"
 
 
 class Sides(NamedTuple):
-    """What the entries on both sides of a diagonal say of a matrix (n, n): is it half of another?
+    """How the entries on both sides of the diagonal of a matrix (n, n) compare.
 
-    An entry is one-sided if no other one, not even a zero in the file, mirrors it across the
-    diagonal. No stiffness or mass of a structure has k_ij^2 > k_ii k_jj, since these matrices are
-    positive semidefinite; friction alone has such entries. Rows of internal nodes, whose numbers
-    are below zero, are exempt: in Abaqus these hold Lagrange multipliers, which have no diagonal.
+    They show whether the matrix is half of a symmetric one. An entry is one-sided if no other
+    entry, not even a zero in the file, mirrors it across the diagonal. Stiffness and mass of a
+    structure are positive semidefinite, so that none of their entries has k_ij^2 > k_ii k_jj; those
+    of a matrix of friction alone do. Rows of internal nodes, whose numbers are below zero, are
+    exempt: in Abaqus these hold Lagrange multipliers, which have no diagonal.
 
     Attributes
     ----------
@@ -34,8 +35,8 @@ class Sides(NamedTuple):
     one_sided : int
         How many entries, zeros left out, are not.
     fitting : int
-        How many one-sided entries half a stiffness or mass may have; none beside a negative
-        diagonal.
+        How many one-sided entries half a stiffness or mass may have; 0 where an entry on the
+        diagonal is negative.
     couples_nodes : bool
         Whether a one-sided entry couples different nodes, which a whole matrix would do on both
         sides of the diagonal.
@@ -58,40 +59,41 @@ class Sides(NamedTuple):
 
 
 def sides_of(matrix: Matrix, labels: Labels | None = None) -> Sides:
-    """The sides of a matrix (n, n); without labels each row is a node."""
-    whole = csc_array(matrix, copy=True)
-    whole.sum_duplicates()
-    nodes = np.arange(whole.shape[0])
+    """Compare the sides of a matrix (n, n); without labels each row counts as a node."""
+    stored = csc_array(matrix, copy=True)
+    stored.sum_duplicates()
+    nodes = np.arange(stored.shape[0])
     if labels:
         nodes = np.array(labels)[:, 0]
-    is_entry = csc_array((np.ones(whole.nnz, bool), whole.indices, whole.indptr), whole.shape)
+    is_entry = csc_array((np.ones(stored.nnz, bool), stored.indices, stored.indptr), stored.shape)
     is_one_sided = is_entry > is_entry.T
-    entries = whole.multiply(is_one_sided).tocoo()  # without zeros
+    entries = stored.multiply(is_one_sided).tocoo()  # without zeros
     rows, columns = entries.coords
-    diagonal = whole.diagonal().real
+    diagonal = stored.diagonal().real
     is_internal = nodes < 0
     is_exempt = is_internal[rows] | is_internal[columns]
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore"):  # two infinite squares fit
         fits = is_exempt | (entries.data.real**2 <= diagonal[rows] * diagonal[columns])
     has_no_negative_diagonal = np.all(diagonal[~is_internal] >= 0.0)
-    is_empty = whole.diagonal() == 0.0
+    is_empty = stored.diagonal() == 0.0
     is_unsupported = ~is_exempt & (is_empty[rows] | is_empty[columns])
     is_upper = rows[is_unsupported] < columns[is_unsupported]
     in_both_triangles = is_upper.any() and not is_upper.all()
-    beside_diagonal = is_unsupported.all() and not is_empty.all()
+    lack_diagonals = is_unsupported.all() and not is_empty.all()
     return Sides(
-        paired=whole.nnz - is_entry.diagonal().sum() - is_one_sided.nnz,
+        paired=stored.nnz - is_entry.diagonal().sum() - is_one_sided.nnz,
         one_sided=entries.nnz,
         fitting=int(np.sum(fits & has_no_negative_diagonal)),
         couples_nodes=bool(np.any(nodes[rows] != nodes[columns])),
-        resembles_friction=bool(in_both_triangles or beside_diagonal),
+        resembles_friction=bool(in_both_triangles or lack_diagonals),
     )
 
 
 def mirror_half(matrix: csc_array, sign: int = 1) -> csc_array:
-    """Half a matrix with its mirror image added, the diagonal taken once. Raises ValueError.
+    """Add the mirror image of the entries off the diagonal to half a matrix (n, n).
 
-    `sign` is 1 for a symmetric matrix, -1 for a skew-symmetric one.
+    `sign` is 1 for a symmetric matrix, -1 for a skew-symmetric one. Raises ValueError where an
+    entry is mirrored already.
     """
     if sides_of(matrix).paired:
         name = _symmetry_name(sign)

@@ -38,9 +38,9 @@ class Term:
     `digits` are the significant digits to which its entries are known, None if they are exact.
     `rounding` is how far rounding may have moved its entries where it was computed from others.
     `errors` (n, n) are how far digits of data leave each entry open where that is not half a unit
-    of its own last one, as of entries that were computed from such data. What makes a term from
-    others takes all three along: `mapped` and `sum_of_terms`. `name` is that of damping without a
-    matrix of its own.
+    of its own last one, as of entries that were computed from such data. `mapped` and
+    `sum_of_terms`, which make a term from others, carry all three along. `name` is that of damping
+    without a matrix of its own.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class Term:
         size: Callable[[Matrix], Matrix] | None = None,
         factor: Formula | None = None,
     ) -> Term:
-        """The term with a linear map of its matrix, and what is known of the new entries.
+        """The term with a linear map of its matrix, and the errors of the new entries.
 
         Parameters
         ----------
@@ -123,7 +123,7 @@ class Term:
 def sum_of_terms(
     matrix: Matrix, factor: Formula | Modulus | Tabulated, parts: Sequence[tuple[float, Term]]
 ) -> Term:
-    """A term whose matrix (n, n) was summed from multiples of others, known as these are.
+    """A term whose matrix (n, n) is a sum of multiples of others, with the errors of its entries.
 
     parts: the factor of each of these terms, and the term.
     """
@@ -143,7 +143,7 @@ SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object
 
 
 def are_terms(matrix: object) -> bool:
-    """True for a matrix that is given as a tuple of terms."""
+    """True for a matrix in the form of a tuple of terms."""
     return isinstance(matrix, tuple) and all(isinstance(term, Term) for term in matrix)
 
 

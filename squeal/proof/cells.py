@@ -1,7 +1,7 @@
 """Cells of the curve of a pad's equilibria: boxes that hold exactly one at each point.
 
 The sliding equilibria solve F(u) = 0 of u = (x, y, theta, mu), three equations of four unknowns. In
-a cell one of these, s = m + h t with |t| <= 1, parametrises the curve, so that a fold is a place as
+a cell one of these, s = m + h t with |t| <= 1, parametrises the curve, so that a fold is a point as
 any other. With polynomials P(t) that approximate the other three and Y, about the inverse of the
 slopes J of F by them,
 

@@ -31,7 +31,7 @@ digits."""
 
 
 class Balance:
-    """Loads and gaps of a pad, of balls, series or jets of the unknowns x, y, theta and mu.
+    """The balance of a pad: its loads and gaps from balls, series or jets of x, y, theta and mu.
 
     Raises ImportError without python-flint.
     """
@@ -68,12 +68,12 @@ class Balance:
     def loads_and_slopes(self, point: Floats, state: State) -> tuple[Floats, Floats] | None:
         """Loads F (3,), two forces and a moment, and their slopes J (3, 4) by x, y, theta and mu.
 
-        In doubles, for Newton's method and tangents, which prove nothing. The contact state is that
-        given, whatever the gaps. None where a load is not finite.
+        In doubles, for Newton's method and tangents, which prove nothing. The gaps do not matter:
+        the contact state is the argument. None where a load is not finite.
         """
         unknowns = [Jet(v, unit) for v, unit in zip(point.tolist(), UNIT_SLOPES, strict=True)]
         touches = factors_of(state)
-        c = self.model.c._replace(mu=unknowns[FRICTION])  # doubles; `balance` has the same as balls
+        c = self.model.c._replace(mu=unknowns[FRICTION])  # doubles; `self.c` has the same as balls
         try:
             loads = net_loads(Doubles, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
         except (ArithmeticError, ValueError):  # a pole, or a root of a negative number

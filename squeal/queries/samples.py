@@ -27,10 +27,10 @@ from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place
 from squeal.sparse.reduction import Reduction
 
-SERVED = 24  # samples for which a reduced system is made
+SERVED = 24  # samples at which a reduced system is made to be good
 
 Changes: TypeAlias = dict[str, float]
-"""Parameters of a sample by name; all others have their own value."""
+"""Parameters of a sample by name; all others have the value of the subject."""
 
 
 @dataclass(frozen=True)
@@ -156,8 +156,8 @@ def sample_computer(
 ) -> SampleComputer:
     """The object that computes the samples; of a large system it holds a reduced system.
 
-    The reduced system is made at the own parameters and at about `SERVED` of the changes, evenly
-    chosen.
+    The reduced system is made at the parameters of the subject and at about `SERVED` of the
+    changes, evenly chosen.
 
     Raises InputError for a band with a scene, and for a large system without a band.
     """

@@ -91,7 +91,7 @@ def scatter(
         Upper end of the range that is searched for the threshold, as `thresholds` takes it.
     of : {"threshold", "growth"}
         The first loss of stability, searched for and not proved as by `thresholds`, or the largest
-        growth rate and the squeal propensity index at the sample's own parameters. The free
+        growth rate and the squeal propensity index at the parameters of the sample. The free
         parameter may scatter for growth.
     band : (float, float), optional
         Frequencies in Hz whose roots are judged, of systems.
@@ -117,7 +117,7 @@ def scatter(
     ------
     InputError
         For a spread that does not fit the scene or system, and for a range of thresholds that ends
-        below the own value of the parameter.
+        below the value of the parameter in the subject.
     ComputationError
         If no sample can be computed.
 
@@ -228,7 +228,7 @@ def _first_reason(rows: Sequence[Sample]) -> str:
 
 
 def _is_stable(row: Sample, of: Measure, mu: float) -> bool:
-    """True if a computed sample is stable at its own friction or free parameter `mu`.
+    """True if a computed sample is stable at the friction or free parameter `mu`.
 
     Of a threshold: up to it, since nothing is known of what follows the first loss.
     """
