@@ -3,6 +3,9 @@
 Such a root may come from far above a band and leave it again between two values of the parameter,
 so that no spectrum shows it. Signs of det K at the ends of a part of the range show an odd number
 of roots that pass in it. That none passes is shown by 1 - K(middle)^-1 K, which contracts.
+
+Free motions X, with K X = 0 at all parameters, hide what else passes zero. With them K is bordered
+by M X: [[K, M X], [(M X)', 0]] is singular where another root is zero.
 """
 
 from __future__ import annotations
@@ -14,11 +17,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import block_array
 
-from squeal.linear.matrices import EPS
+from squeal.linear.matrices import EPS, Array
 from squeal.sparse.crossings import NEWTON_STEPS, CrossingGuess
+from squeal.sparse.dense import STIFFNESS_ROUNDING
 from squeal.sparse.eigensolver import enlarged
-from squeal.sparse.factor import Factor, factorise
+from squeal.sparse.factor import Factor, factorise, factorise_at
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import Complement
 
@@ -27,6 +32,8 @@ if TYPE_CHECKING:
 
 SHORTEST_PART = 2.0**-10  # of the range: shorter parts are not halved
 MOST_PARTS = 200  # that are examined at most
+NEAR_ZERO = 1e-6  # of the frequency scale: far below the lowest roots but zeros
+MOST_FREE = 12  # free motions, of two bodies
 LARGEST_CONTRACTION = 0.4  # below 1, since few powers of T may underestimate its contraction
 DROPPED_PART = 1e-12  # of null vectors: what they add less is left out
 
@@ -79,7 +86,7 @@ def singular_stiffness(
         is_last = b - a <= shortest or len(parts) >= MOST_PARTS  # the part is not halved
         crossing = None
         if sign_changes or is_last:  # else halving is cheaper than a search that may be in vain
-            crossing = singular_between(scaled, a, b, edge)
+            crossing = singular_between(stiffness, a, b, edge)
         if crossing and all(abs(crossing.value - known.value) > edge for known in crossings):
             crossings.append(crossing)
             if a < crossing.value - edge:
@@ -92,11 +99,12 @@ def singular_stiffness(
         elif sign_changes:
             where = f"{stiffness.name} = {a:.6g} and {b:.6g}"
             unclear.append(f"a real root passes zero between {where} and was not located")
-    return crossings, unclear
+    n = scaled.n  # null vectors vanish in the border
+    return [CrossingGuess(c.value, 0.0, c.right[:n], c.left[:n]) for c in crossings], unclear
 
 
 class _SweptStiffness:
-    """K over the free parameter: signs of its determinant, and where it cannot be singular."""
+    """K over the free parameter, bordered: signs of its determinant, and where it is regular."""
 
     def __init__(self, scaled: ScaledSystem, values: Sequence[float]) -> None:
         self.scaled = scaled
@@ -108,10 +116,26 @@ class _SweptStiffness:
             slopes.add(tuple(term.factor.slope(p, self.name) for term in scaled.system.K))
         # K that is linear in the parameter differs most from that of the middle at the ends
         self._inner_values = values if len(slopes) > 1 else ()
+        self._border = self._inertia_of_free_motions(values)
+
+    def _inertia_of_free_motions(self, values: Sequence[float]) -> Array:
+        """M X (n, k) of the motions that K holds at no value of the parameter, in size as K."""
+        problems = [self.scaled.at({self.name: value}) for value in values]
+        problem = problems[0]
+        # inverse iteration just above zero, which leaves free motions and rounding
+        _, factor = factorise_at(problem, complex(NEAR_ZERO * problem.frequency_scale))
+        vectors = np.random.default_rng(2).standard_normal((problem.n, MOST_FREE))
+        for _ in range(2):
+            vectors, _ = np.linalg.qr(factor.solve(problem.M @ vectors))
+        forces = np.vstack([at_value.K @ vectors for at_value in problems])
+        _, sizes, coordinates = np.linalg.svd(forces, full_matrices=False)
+        free = vectors @ coordinates[sizes <= STIFFNESS_ROUNDING * problem.norms[2]].T
+        return problem.frequency_scale**2 * (problem.M @ free)
 
     def at(self, value: float) -> csc_array:
-        """K at a value of the parameter."""
-        return self.scaled.at({self.name: value}).K
+        """K at a value of the parameter, bordered."""
+        K = self.scaled.at({self.name: value}).K
+        return block_array([[K, self._border], [self._border.T, None]], format="csc")
 
     @staticmethod
     def middle(a: float, b: float) -> float:
@@ -137,13 +161,13 @@ class _SweptStiffness:
     def contracts(self, a: float, b: float, close_crossings: Sequence[CrossingGuess]) -> bool:
         """True if K is regular from a to b, apart from the null vectors of `close_crossings`, at
         which K is singular close to the ends: 1 - K(middle)^-1 K contracts at all values tried."""
-        basis = np.zeros((self.scaled.n, 0))
+        K = self.at(self.middle(a, b))
+        basis = np.zeros((K.shape[0], 0))
         if close_crossings:
             columns: list[NDArray] = []
             for crossing in close_crossings:
                 columns += [crossing.right, crossing.left]
             basis = enlarged(basis, np.column_stack(columns), DROPPED_PART)
-        K = self.at(self.middle(a, b))
         try:
             factor = factorise(K)
         except ZeroDivisionError:
@@ -154,21 +178,21 @@ class _SweptStiffness:
 
 
 def singular_between(
-    scaled: ScaledSystem, low: float, high: float, edge: float
+    stiffness: _SweptStiffness, low: float, high: float, edge: float
 ) -> CrossingGuess | None:
-    """Where K of real matrices is singular between two values of the free parameter: a guess with
-    omega 0 and the unit null vectors x, y of K.
+    """Where K, bordered, is singular between two values of the free parameter: a guess with omega 0
+    and the unit null vectors x, y of the bordered K.
 
     By Newton's method on y' K(p) x = 0 from the middle, alternating with inverse iteration for x
     and y, until a step is at most 1e-3 of `edge`; None if the method leaves the interval or does
     not converge.
     """
-    name = scaled.system.parameter
     value = (low + high) / 2
-    x, y = np.random.default_rng(1).standard_normal((2, scaled.n))
+    x, y = np.random.default_rng(1).standard_normal((2, stiffness.at(low).shape[0]))
     for _ in range(NEWTON_STEPS):
-        K = scaled.at({name: value}).K
-        slope = scaled.slope(name, {name: value}, 0.0)
+        K = stiffness.at(value)
+        slope = stiffness.scaled.slope(stiffness.name, {stiffness.name: value}, 0.0)
+        slope.resize(K.shape)  # zeros in the border
         with suppress(ZeroDivisionError), np.errstate(all="ignore"):
             factor = factorise(K)
             # inverse iteration on the pencil (K, dK/dp): null vectors of K + m dK/dp for the

@@ -96,9 +96,11 @@ def test_both_ends_of_a_window_between_two_values_are_found():
         (["2 + p", "0.01 + p**2"], (-1.0, 2.0), []),
     ],
 )
-def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact):
-    rows = len(diagonal) + 12
-    still = csc_array(np.diag([0.0] * len(diagonal) + list(np.linspace(300.0, 9e3, 12))))
+@pytest.mark.parametrize("free", [0, 3])
+def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact, free):
+    rows = len(diagonal) + 12 + free
+    held = np.linspace(300.0, 9e3, 12)
+    still = csc_array(np.diag(np.r_[np.zeros(len(diagonal)), held, np.zeros(free)]))
     units = [csc_array(([1.0], ([k], [k])), shape=(rows, rows)) for k in range(len(diagonal))]
     moved = (Term(A, Formula(text)) for A, text in zip(units, diagonal, strict=True))
     M = csc_array(np.eye(rows))
@@ -110,6 +112,22 @@ def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact):
     low, high = ends
     loss = squeal.thresholds(system, low=low, high=high, band=(0.0, 0.01), prove=False)
     assert sorted(c.mu for c in loss.crossings) == pytest.approx(exact, abs=1e-8)
+
+
+def test_free_motions_that_friction_pushes_hide_no_static_loss(rng):
+    """K = Q [[E - p D, 0], [p R, 0]] Q' with an orthogonal Q: a real root passes zero where one of
+    E - p D vanishes, at 1 and 2, beside three pairs of zeros at each p."""
+    held = np.diag(np.r_[1.0, 2.0, np.linspace(300.0, 9e3, 12), 0, 0, 0])
+    moved = np.diag(np.r_[-1.0, -1.0, np.zeros(15)])
+    moved[14:, :14] = rng.uniform(-7.0, 7.0, (3, 14))
+    Q = np.linalg.qr(rng.standard_normal((17, 17)))[0]
+    K0, K1 = (csc_array(Q @ A @ Q.T) for A in (held, moved))
+    M = csc_array(np.eye(17))
+    scaled = ScaledSystem(affine(M, K0, K1, 0.01 * M))
+    for high, exact in ((0.8, []), (2.5, [1, 2])):
+        found, unclear = singular_stiffness(scaled, np.linspace(0.0, high, 4).tolist())
+        assert sorted(one.value for one in found) == pytest.approx(exact, rel=1e-8)
+        assert not unclear
 
 
 def test_a_change_of_sign_that_is_not_located_is_said(monkeypatch):
