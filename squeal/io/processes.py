@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import lru_cache, partial
 from multiprocessing import get_context, parent_process
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+_HELD = ExitStack()  # in a process of a pool: its one thread of BLAS, to its end
 _COMMON: list[Any] = []  # in a process of a pool: what its tasks share
 
 
@@ -106,7 +107,7 @@ def counted(
 def _begin(sent: "SimpleQueue[bytes]") -> None:
     """Prepare a process of a pool, which takes what its tasks share from a queue."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    one_thread()
+    _HELD.enter_context(one_thread())
     _COMMON.append(pickle.loads(sent.get()))
 
 

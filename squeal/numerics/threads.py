@@ -2,17 +2,31 @@
 
 import os
 import sys
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from threading import Lock
 
 _VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
+_LOCK = Lock()
+_LIMITS: list[AbstractContextManager[object]] = []  # those in force
 
 
-def one_thread() -> AbstractContextManager[object]:
-    """A context with one thread of BLAS, in which the rounding of sums depends on nothing else."""
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """A context with one thread of BLAS, in which the rounding of sums depends on nothing else.
+
+    BLAS has one number of threads for all Python threads: the last one to leave restores it.
+    """
     import scipy.linalg  # noqa: F401  # loads its own BLAS, which else would keep its threads
     from threadpoolctl import threadpool_limits
 
-    return threadpool_limits(1)
+    with _LOCK:
+        _LIMITS.append(threadpool_limits(1))
+    try:
+        yield
+    finally:
+        with _LOCK:  # the first limit knows the number before, and is taken last
+            _LIMITS.pop().__exit__(None, None, None)
 
 
 def threads_of_a_verb() -> AbstractContextManager[object]:
