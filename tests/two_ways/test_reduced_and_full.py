@@ -79,7 +79,7 @@ def test_a_band_holds_those_of_all_roots(file, value):
     assert_same_roots(upper(every), upper(found), 1e-9)
 
 
-@cases(1, 0.015)
+@cases(2, 0.015)
 @given(chains())
 def test_thresholds_of_a_band_are_those_of_all_that_lie_in_it(file):
     band = ask("critical-friction", file, "--max", 1, *BAND)
