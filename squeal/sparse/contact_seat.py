@@ -268,7 +268,9 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
     elif contact.axis is not None:
         centres = points.places
         if centres is None:
-            centres = np.mean([side.places() for side in sides], axis=0)
+            # weights of one side may add up to less than 1, where nodes do not move
+            total_weights = sum(side.weights.sum(axis=1) for side in sides)
+            centres = sum(side.weighted_places() for side in sides) / total_weights[:, None]
         axes = _unit_vectors("axis", contact.axis, points)
         motion = np.cross(axes, centres - contact.through)  # velocities (m, 3) at 1 rad/s
         radius = np.linalg.norm(motion, axis=1)
@@ -337,8 +339,9 @@ class _Side:
         where = (pair_numbers, self.rows[is_used])
         return coo_array((entries[is_used], where), shape=(len(self.labels), self.size)).tocsr()
 
-    def places(self) -> Array:
-        """Where the pairs are on this side (m, 3). Raises InputError without coordinates."""
+    def weighted_places(self) -> Array:
+        """The sums of weight times place (m, 3) over the nodes of each pair. Raises InputError
+        without coordinates."""
         places = np.zeros((*self.labels.shape, 3))
         places[self.is_used] = self.body.places_of(self.labels[self.is_used])
         return np.einsum("mk,mkx->mx", self.weights, places)

@@ -19,6 +19,7 @@ from squeal.sparse.contact_faces import (
     _triangle_rule,
     contact_between_faces,
 )
+from squeal.sparse.contact_seat import pair_directions
 from tests.io.test_brake_from_mesh import lowest, script  # noqa: F401  of the documentation
 
 needs_calculix = pytest.mark.skipif(not shutil.which("ccx"), reason="needs CalculiX (ccx)")
@@ -356,6 +357,19 @@ def test_points_beside_held_nodes_are_read_as_they_were_written(tmp_path):
     assert read.nodes(0).tolist() == ["a", "b"]
     assert read.name_of(1) == "5, 6, 7, 8"
     assert read.second_weights[:, :4] == pytest.approx(points.second_weights)
+
+
+@pytest.mark.parametrize("weight", [1.0, 0.5])
+def test_points_beside_held_nodes_lie_at_the_mean_of_the_moving_ones(weight):
+    """At half the weight the distance from the axis was halved, too."""
+    bodies = {}
+    for name in ("one", "two"):
+        system = squeal.System(np.eye(3), K=np.eye(3), name=name)
+        bodies[name] = squeal.Component(system, ["a"] * 3, [0, 1, 2], [[3.0, 0.0, 0.0]] * 3)
+    labels = np.array([["a"]])
+    points = ContactPoints(labels, labels, np.array([[weight]]), np.array([[1.0]]))
+    contact = squeal.Contact(("one", "two"), points, (0, 0, 1), 2.0, axis=(0, 0, 1))
+    assert pair_directions(contact, bodies).radius == pytest.approx([3.0])
 
 
 @pytest.mark.parametrize("size", [3, 4, 6, 8])
