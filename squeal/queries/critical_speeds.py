@@ -273,7 +273,7 @@ class CriticalSpeeds(Answer):
             *columns("damping_ratio%"),
             Column("margin", value=self.margin, percent=True, words="from running speed, %"),
         )
-        nothing = f"no critical speed from {self.low:g} to {self.high:g} rad/s"
+        nothing = f"no single critical speed from {self.low:g} to {self.high:g} rad/s"
         return Table(table, self.critical, f"critical speeds{self.judgement}", nothing)
 
     def parts(self) -> Sequence[str | Table]:
