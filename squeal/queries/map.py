@@ -151,19 +151,18 @@ def _verdict_and_growth(
     from squeal.sparse.first_look import FirstLook
 
     system, selection, reduction = common
-    # how far each root (m,) of a first look may lie off, 1/s, NaN if it clearly decays: `fmax`
-    # passes over NaN and leaves its rounding. Of other roots rounding alone counts, and one zero
-    # stands for all
+    # how far each root (m,) of a first look may lie off, 1/s. Of other roots rounding alone counts,
+    # and one zero stands for all
     errors = np.zeros(1)
     if isinstance(reduction, FirstLook):
-        estimate = reduction.estimate(at, deciding=True)
+        estimate = reduction.estimate(at)
         roots = estimate.values
         errors = estimate.errors
     elif reduction is not None:
         roots = reduction.values(at)
     else:
         roots = roots_of_all(system, selection, at)
-    rounding = np.fmax(errors, rounding_of(system, roots))
+    rounding = np.maximum(errors, rounding_of(system, roots))
     growth = np.nan
     if len(roots):
         growth = float(roots.real.max())

@@ -52,7 +52,6 @@ from squeal.sparse.reduced_basis import (
     Probes,
     ReducedBasis,
     ResidualSketch,
-    near_axis,
     random_vectors,
     root_error_bounds,
 )
@@ -158,8 +157,8 @@ class EstimatedRoots(NamedTuple):
     """Roots (m,) of the region at some parameters, in no order."""
 
     values: ComplexArray  # rad/s
-    residuals: Array  # backward errors in the full problem; NaN where not estimated
-    errors: Array  # of the growth rate, 1/s; NaN where not estimated
+    residuals: Array  # backward errors in the full problem
+    errors: Array  # of the growth rate, 1/s
     corrected: Bools  # True where solved in the full problem, False where estimated
     projected: Roots  # the roots of the region that were estimated, with reduced vectors
     rough_values: ComplexArray  # of all roots that were estimated, also outside of the region
@@ -328,32 +327,25 @@ class FirstLook(Reduction):
             values = values[self.region.widened(TRAINED_MARGIN).contains(values)]
         return self.roots(changes, values)
 
-    def estimate(self, changes: Parameters, deciding: bool = False) -> EstimatedRoots:
+    def estimate(self, changes: Parameters) -> EstimatedRoots:
         """The roots of the region with their errors, by few modes where they suffice, otherwise by
-        the whole basis.
-
-        If the answer is for a verdict alone (`deciding`), roots that clearly decay get no error
-        (NaN), or are left out.
-        """
-        by_few_modes = self.estimate_by_few_modes(changes, deciding)
+        the whole basis."""
+        by_few_modes = self.estimate_by_few_modes(changes)
         if by_few_modes is not None:
             return by_few_modes
-        return self.estimate_by_basis(changes, deciding)
+        return self.estimate_by_basis(changes)
 
-    def estimate_by_few_modes(
-        self, changes: Parameters, deciding: bool = False
-    ) -> EstimatedRoots | None:
+    def estimate_by_few_modes(self, changes: Parameters) -> EstimatedRoots | None:
         """The roots of the region with their errors by few modes; None if there are no few modes or
         if a root is doubtful.
 
         A root is doubtful if its error leaves open the sign of its growth rate or on which side of
         the region's border it lies, or if the error is coarse, above `COARSE_ERROR` of |lambda|. A
-        root that clearly decays, by more than `DECAYED` times its error, may have a coarse error;
-        if the answer is for a verdict alone (`deciding`), it may lie on the border as well.
+        root that clearly decays, by more than `DECAYED` times its error, may have a coarse error.
         """
         if self.reduced_basis is None:
             return None
-        estimated = self.reduced_basis.estimate(changes, deciding)
+        estimated = self.reduced_basis.estimate(changes)
         values = estimated.roots.values
         errors = estimated.errors
         distances = self.region.distance(values)
@@ -363,8 +355,6 @@ class FirstLook(Reduction):
         is_sign_open = is_inside & (errors >= np.abs(values.real))
         is_coarse = may_be_inside & (errors > COARSE_ERROR * np.abs(values)) & may_grow
         is_on_border = np.abs(distances) <= errors
-        if deciding:
-            is_on_border &= may_grow
         if np.any(is_sign_open | is_coarse | is_on_border):
             return None
         inside = estimated.roots.select(is_inside)
@@ -470,36 +460,32 @@ class FirstLook(Reduction):
         )
         return complement.contraction_in(self.region, self.scaled.at(changes))
 
-    def estimate_by_basis(self, changes: Parameters, deciding: bool = False) -> EstimatedRoots:
+    def estimate_by_basis(self, changes: Parameters) -> EstimatedRoots:
         """The roots of the region with their errors, by all vectors of the basis.
 
         Roots of the projected problem are estimated, with errors. Doubtful ones are then solved in
         the full problem: where the error leaves open the sign of the growth rate or on which side
         of the border the root lies, or where the residual is that of no root of the full problem.
         All roots of the region are solved if the basis may miss one, or if the error of one is
-        coarse. If the answer is for a verdict alone (`deciding`), roots that clearly decay and are
-        not near others get no error (NaN).
+        coarse.
         """
         problem = self.scaled.at(changes)
         all_values = self._projected_values(changes)
         rough_values = all_values[np.abs(all_values) <= self.reach]
         near_values = all_values[self.wide.contains(all_values)]
-        is_estimated = near_values != 0.0  # the root 0 of a rigid body is exact
-        if deciding and len(near_values):
-            is_estimated &= near_axis(near_values, decay=self.error, gap=ESTIMATED_MARGIN)
-        projected = self._roots_with_errors(changes, near_values[is_estimated])
+        is_exact = near_values == 0.0  # the root 0 of a rigid body
+        projected = self._roots_with_errors(changes, near_values[~is_exact])
         z = projected.roots.values
         errors = projected.errors
         distances = self.region.distance(z)
         is_inside = self.region.contains(z)
-        not_estimated = near_values[~is_estimated & self.region.contains(near_values)]
-        # their errors and residuals: none at the exact zeros of rigid bodies
-        zero_or_nan = np.where(not_estimated == 0.0, 0.0, np.nan)
-        values = np.concatenate([z[is_inside], not_estimated])
+        zeros = near_values[is_exact & self.region.contains(near_values)]
+        no_error = np.zeros(len(zeros))
+        values = np.concatenate([z[is_inside], zeros])
         estimated = EstimatedRoots(
             values=values,
-            residuals=np.concatenate([projected.residuals[is_inside], zero_or_nan]),
-            errors=np.concatenate([errors[is_inside], zero_or_nan]),
+            residuals=np.concatenate([projected.residuals[is_inside], no_error]),
+            errors=np.concatenate([errors[is_inside], no_error]),
             corrected=np.zeros(len(values), dtype=bool),
             projected=projected.roots.select(is_inside),
             rough_values=rough_values,

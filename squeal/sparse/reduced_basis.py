@@ -116,19 +116,6 @@ def term_weights(system: System, p: Parameters, values: ComplexArray) -> NDArray
     return np.array(weights)
 
 
-def near_axis(values: ComplexArray, decay: float, gap: float) -> Bools:
-    """True for roots (m,) on which stability may depend, and for roots that may couple with them.
-
-    Stability may depend on a root that grows, that decays by less than the share `decay` of
-    |lambda|, or that decays least of all. Another root may couple with it within the share `gap`
-    of |lambda|.
-    """
-    is_critical = (values.real > -decay * np.abs(values)) | (values.real == values.real.max())
-    critical = values[is_critical]
-    gaps = np.abs(np.subtract.outer(values, critical))
-    return np.any(gaps <= gap * np.abs(critical), axis=1) | is_critical
-
-
 class Probes(NamedTuple):
     """Random vectors whose products left right' average to F^-1 of a structure: arrays (n, SKETCH).
 
@@ -331,18 +318,16 @@ class ReducedBasis:
         """Right and left vectors (k,) of the small system in the coordinates of the projection."""
         return self.right @ right, self.left @ left
 
-    def estimate(self, changes: Parameters, deciding: bool = False) -> ModesWithErrors:
+    def estimate(self, changes: Parameters) -> ModesWithErrors:
         """Roots in and around the region, with estimated errors and residuals in the full problem.
 
-        If `deciding`, the roots alone on which stability may depend. To first order the error of a
-        root follows from y^H P x of its modes in the full problem, less what the directions outside
-        of the projection take from it, see `TruncationTerm`: the difference vanishes for an exact
-        root. y^H P x is computed from vectors in the projection, the other term estimated.
+        To first order the error of a root follows from y^H P x of its modes in the full problem,
+        less what the directions outside of the projection take from it, see `TruncationTerm`: the
+        difference vanishes for an exact root. y^H P x is computed from vectors in the projection,
+        the other term estimated.
         """
         _, B, A = self.system.at(changes)
         roots = self._roots_in(self.estimated_region, B, A)
-        if deciding and len(roots.values):
-            roots = roots.select(near_axis(roots.values, decay=COARSE_ERROR, gap=COARSE_ERROR))
         values = roots.values
         x, y = self.in_projection(roots.right, roots.left)
         x_lengths = np.linalg.norm(x, axis=0)
