@@ -1,4 +1,4 @@
-"""Taylor integration with heyoka, of one motion or of many side by side.
+"""Taylor integration of a motion with heyoka.
 
 The equations of `squeal.model.equations` become heyoka's expressions. A pad's numbers and contact
 are runtime parameters, so that the code that heyoka compiles, and keeps on disk, serves all. A
@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import lru_cache
 from threading import get_ident
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import heyoka as hy
 import numpy as np
@@ -125,22 +125,21 @@ class ContactChange(NamedTuple):
 class Code(NamedTuple):
     """What heyoka compiles: the equations of a contact law, for every pad.
 
-    law, terms: see `equations`; tolerance: of a step, relative; fp_type: the numbers; lanes: how
-    many motions side by side, 0 for a single one; regrouped: see `REGROUPED_ABOVE`.
+    law, terms: see `equations`; tolerance: of a step, relative; fp_type: the numbers; regrouped:
+    see `REGROUPED_ABOVE`.
     """
 
     law: ContactLaw
     terms: tuple[str, ...]
     tolerance: float
     fp_type: NumberType
-    lanes: int
     regrouped: bool
 
 
 class Adaptive(Protocol):
-    """What a callback reads of heyoka's integrators.
+    """What a callback reads of heyoka's integrator.
 
-    time: a number or an array (lanes,); tc: coefficients (6, p) or (6, p, lanes) of the last step.
+    time: a number, or an array of several motions; tc: coefficients (6, p) of the last step.
     """
 
     time: Number
@@ -151,17 +150,21 @@ class Machine:
     """A compiled integrator.
 
     It comes as its last user left it: `start` sets all of its parameters and state, and the
-    coefficients `c` of a single motion.
+    coefficients `c`.
 
-    ta: heyoka's integrator; log: the contact changes since it was last cleared; first_motion:
-    number of the motion in the first lane; clear: gap below which a single motion stops at a
-    change, see `CLEAR`; pars (k, lanes), state (6, lanes): views of heyoka's own arrays.
+    ta: heyoka's integrator; log: the contact changes since it was last cleared; clear: gap below
+    which the motion stops at a change, see `CLEAR`; pars (k, n), state (6, n): views of heyoka's
+    own arrays. A subclass may carry several motions, whose number `motions` is the last axis of
+    these arrays; a single motion lacks that axis in heyoka, and n is 1 here.
     """
+
+    adaptive: ClassVar = staticmethod(hy.taylor_adaptive)
+    event: ClassVar = staticmethod(hy.t_event)
+    motions: ClassVar[tuple[int, ...]] = ()
 
     def __init__(self, code: Code) -> None:
         self.code = code
         self.log: list[ContactChange] = []
-        self.first_motion = 0
         self.clear = 0.0
         law = code.law
         fp_type = code.fp_type
@@ -176,40 +179,28 @@ class Machine:
         if fp_type is not float:
             # such numbers are slow by themselves: optimised code would only take longer to compile
             settings["opt_level"] = 0
-        adaptive = hy.taylor_adaptive
-        lanes: tuple[int, ...] = ()  # the last axis of heyoka's arrays, which a single motion lacks
-        if code.lanes:
-            adaptive = hy.taylor_adaptive_batch
-            lanes = (code.lanes,)
         count = len(NAMES) + law.points + term_count(code.terms)
         # any numbers, until `start` sets others
-        state = np.full((6, *lanes), fp_type(0.0))
-        parameters = np.full((count, *lanes), fp_type(1.0))
-        self.ta = adaptive(system, state, pars=parameters, **settings)
-        # views of heyoka's arrays, with one lane for a single motion; parts of them for callbacks
+        state = np.full((6, *self.motions), fp_type(0.0))
+        parameters = np.full((count, *self.motions), fp_type(1.0))
+        self.ta = self.adaptive(system, state, pars=parameters, **settings)
         self.pars = self.ta.pars.reshape(count, -1)
         self.state = self.ta.state.reshape(6, -1)
-        # of several lanes a view, which their callback reads; a single motion's reads ta.time
-        self._times = np.atleast_1d(self.ta.time)
-        self._columns = list(self.state.T)  # the state (6,) of each lane
-        self._on = list(self.pars[len(NAMES) : len(NAMES) + law.points])  # (lanes,) of each point
+        # parts of these views for callbacks
+        self.columns = list(self.state.T)  # the state (6,) of each motion
+        self.on = list(self.pars[len(NAMES) : len(NAMES) + law.points])  # (n,) of each point
 
     def _events(self, gaps: list[Number], limits: list[Number]) -> list[hy.t_event]:
         """heyoka's events: a change at each contact point, whose callback says whether the motion
         goes on, then the limits, which end it."""
         code = self.code
-        event = hy.t_event
-        change: Callable[[int], Callable[..., bool]] = self._change_alone
-        if code.lanes:
-            event = hy.t_event_batch
-            change = self._change_in_a_lane
         events = []
         on = state_parameters(code.law)
         for point, event_function in enumerate(rising(gaps, on)):
-            contact_change = event(
+            contact_change = self.event(
                 event_function,
                 direction=hy.event_direction.positive,
-                callback=change(point),
+                callback=self.change(point),
                 # once the contact has changed, the same gap passes zero in the other sense
                 cooldown=code.fp_type(0.0),
                 fp_type=code.fp_type,
@@ -217,60 +208,50 @@ class Machine:
             events.append(contact_change)
         for limit in limits:
             downwards = hy.event_direction.negative
-            events.append(event(limit, direction=downwards, fp_type=code.fp_type))
+            events.append(self.event(limit, direction=downwards, fp_type=code.fp_type))
         return events
 
     # heyoka copies callbacks deeply, which leaves functions and what they refer to shared
 
-    def _change_alone(self, point: int) -> Callable[[Adaptive, int], bool]:
-        """The callback of a single motion: flips the contact of a point, and lets heyoka go on
-        where no other point is near the surface."""
+    def change(self, point: int) -> Callable[..., bool]:
+        """The callback that flips the contact of a point, and lets heyoka go on where no other
+        point is near the surface."""
 
-        def change(ta: Adaptive, _sign: int) -> bool:
-            self._flip(point, 0)
-            self.log.append(ContactChange(0, point, ta.time, self._columns[0].tobytes()))
+        def of_motion(ta: Adaptive, _sign: int) -> bool:
+            self.flip(point, 0)
+            self.log.append(ContactChange(0, point, ta.time, self.columns[0].tobytes()))
             return not self._another_point_is_near(point)
 
-        return change
+        return of_motion
 
-    def _change_in_a_lane(self, point: int) -> Callable[[Adaptive, int, int], bool]:
-        """The callback of motions side by side: flips the contact of a point in a lane."""
-
-        def change(_ta: Adaptive, _sign: int, lane: int) -> bool:
-            self._flip(point, lane)
-            motion = self.first_motion + lane
-            state = self._columns[lane].tobytes()
-            self.log.append(ContactChange(motion, point, self._times.item(lane), state))
-            return True
-
-        return change
-
-    def _flip(self, point: int, lane: int) -> None:
-        touches = self._on[point]
-        touches[lane] = 1.0 - touches.item(lane)
+    def flip(self, point: int, motion: int) -> None:
+        """Let a point of a motion touch if it does not, and separate if it does."""
+        touches = self.on[point]
+        touches[motion] = 1.0 - touches.item(motion)
 
     def _another_point_is_near(self, point: int) -> bool:
-        """Whether another point of a single motion is near the surface, on the other side or on its
-        way there, so that it has to be looked at before the motion goes on."""
-        state = self._columns[0]  # gaps do not depend on x, its first entry
+        """Whether another point is near the surface, on the other side or on its way there, so that
+        it has to be looked at before the motion goes on."""
+        state = self.columns[0]  # gaps do not depend on x, its first entry
         at = pose(math, self.c.place((0.0, float(state[1]), float(state[2]))))
         for other, gap in enumerate(self.code.law.gaps(self.c, at)):
-            touches = self._on[other][0]
+            touches = self.on[other][0]
             depth = -gap if touches else gap  # on its own side of the surface
             if other != point and depth < self.clear:
                 return True
         return False
 
     def start(self, pars: np.ndarray, state: np.ndarray, t: np.ndarray) -> None:
-        """Set parameters (k, lanes), states (6, lanes) and times (lanes,)."""
+        """Set parameters (k, n), states (6, n) and times (n,)."""
         self.pars[:] = pars
         self.state[:] = state
-        if self.code.lanes:
-            self.ta.set_time(t)
-        else:
-            self.ta.time = t[0]
-            self.c = Coefficients(*pars[: len(NAMES), 0].tolist())
+        self.set_time(t)
+        self.c = Coefficients(*pars[: len(NAMES), 0].tolist())
         self.ta.reset_cooldowns()
+
+    def set_time(self, t: np.ndarray) -> None:
+        """Set heyoka's time to that of the motions (n,)."""
+        self.ta.time = t[0]
 
     def changes(self) -> ContactChanges:
         """The contact changes of the log."""
@@ -288,8 +269,8 @@ class Machine:
 class Record:
     """What heyoka computes in each step, for dense output if that is wanted.
 
-    times: the begin and the ends of steps, numbers or arrays (lanes,); series: coefficients
-    (6, p) or (6, p, lanes) of the state in powers of time.
+    times: the begin and the ends of steps, for each motion if there are several; series:
+    coefficients (6, p), or (6, p, n), of the state in powers of time.
     """
 
     def __init__(self, machine: Machine, wanted: bool) -> None:
@@ -311,31 +292,31 @@ class Record:
 
         return {"write_tc": True, "callback": keep}
 
-    def dense_output(self, first_motion: int) -> DenseOutput | None:
-        """The steps of the motions from a number on; None if they are not wanted."""
+    def dense_output(self) -> DenseOutput | None:
+        """The steps of a single motion; None if they are not wanted."""
         if not self.wanted:
             return None
-        # (s + 1, lanes) and (s, 6, p, lanes), with one lane of a single motion
-        t = np.array(self.times).reshape(len(self.times), -1)
-        steps_of_lanes = np.array(self.series)
-        steps_of_lanes = steps_of_lanes.reshape(*steps_of_lanes.shape[:3], -1)
-        lengths = np.diff(t, axis=0)
-        taken = lengths > 0.0  # motions at their end wait for others
-        # a motion that ends at once at a change of contact takes no time: it keeps its first step
-        taken[0] |= ~taken.any(axis=0)
-        lane, step = np.nonzero(taken.T)
-        h = lengths[step, lane]
-        series = np.ascontiguousarray(steps_of_lanes[step, :, :, lane].T)
-        # from powers of time to powers of the share of the step
-        powers = np.cumprod(np.broadcast_to(h, (len(series) - 1, len(h))), axis=0)
-        series[1:] *= powers[:, None]
-        return DenseOutput(motion=first_motion + lane, t=t[step, lane], h=h, series=series)
+        return dense_output(np.array(self.times), np.array(self.series), motion=0)
+
+
+def dense_output(times: np.ndarray, coefficients: np.ndarray, motion: int) -> DenseOutput:
+    """The steps of a motion, by its number, from their ends (s + 1,) and coefficients (s, 6, p)."""
+    lengths = np.diff(times)
+    taken = lengths > 0.0
+    # a motion that ends at once at a change of contact takes no time: it keeps its first step
+    taken[0] |= not taken.any()
+    h = lengths[taken]
+    series = np.ascontiguousarray(coefficients[taken].T)
+    # from powers of time to powers of the share of the step
+    powers = np.cumprod(np.broadcast_to(h, (len(series) - 1, len(h))), axis=0)
+    series[1:] *= powers[:, None]
+    return DenseOutput(np.full(len(h), motion), t=times[:-1][taken], h=h, series=series)
 
 
 @lru_cache
-def _machine(_thread: int, code: Code) -> Machine:
+def _machine(_thread: int, kind: type[Machine], code: Code) -> Machine:
     """One for each thread, since a machine has a state."""
-    return Machine(code)
+    return kind(code)
 
 
 def limit_of(outcome: hy.taylor_outcome, points: int) -> Limit:
@@ -372,6 +353,7 @@ class HeyokaIntegrator:
     """
 
     method = "heyoka Taylor"
+    machine: ClassVar = Machine
 
     def __init__(self, model: PadModel, tolerance: float, fp_type: NumberType = float) -> None:
         least = _EPS if fp_type is float else 0.0
@@ -379,19 +361,17 @@ class HeyokaIntegrator:
         self.model = model
         self._fp = fp_type
 
-    def ready(self, lanes: int) -> Machine:
+    def ready(self) -> Machine:
         """The machine of this thread, with an empty log."""
         code = Code(
             law=self.model.law,
             terms=self.model.terms,
             tolerance=self.tolerance,
             fp_type=self._fp,
-            lanes=lanes,
             regrouped=self._fp is float and self.tolerance > REGROUPED_ABOVE,
         )
-        machine = _machine(get_ident(), code)
+        machine = _machine(get_ident(), self.machine, code)
         machine.log.clear()
-        machine.first_motion = 0
         return machine
 
 
@@ -403,7 +383,7 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
     ) -> Segment:
         """See `squeal.simulation.hybrid.Integrator`."""
         law = self.model.law
-        machine = self.ready(lanes=0)
+        machine = self.ready()
         number = machine.state.dtype
         first = np.reshape(contact, (law.points, 1))
         parameters = runtime_parameters(self.model, first)
@@ -433,5 +413,5 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
             changes=machine.changes(),
             step_count=np.array([steps]),
             limit=np.array([limit]),
-            dense_output=record.dense_output(0),
+            dense_output=record.dense_output(),
         )

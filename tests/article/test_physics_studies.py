@@ -112,7 +112,7 @@ def test_a_taylor_step_counts_as_its_order(short):
     for tolerance in (1e-4, 1e-9, 1e-15):
         integrator = TaylorIntegrator(model, tolerance)
         integrator.run(np.array([1, 1]), 0.0, start, 0.01 * stop, dense=False)
-        assert integrator.ready(lanes=0).ta.order == accuracy_study.order(tolerance)
+        assert integrator.ready().ta.order == accuracy_study.order(tolerance)
 
 
 @needs_heyoka

@@ -1,14 +1,21 @@
 """Motions of many pads, some at a time side by side, in heyoka's batch mode."""
 
+from collections.abc import Callable
+
+import heyoka as hy
 import numpy as np
 
 from squeal.model.pad import Coefficients
 from squeal.simulation.hybrid import DenseOutput, Limit, Segment
 from squeal.simulation.taylor import (
     NAMES,
+    Adaptive,
+    Code,
+    ContactChange,
     HeyokaIntegrator,
     Machine,
     Record,
+    dense_output,
     limit_of,
     runtime_parameters,
 )
@@ -17,11 +24,41 @@ LANES = 8  # motions side by side
 MOST_STEPS = 1_000_000  # of a motion; one that needs more is given up
 
 
+class BatchMachine(Machine):
+    """A compiled integrator of `LANES` motions side by side, of which the first has the number
+    `first_motion`."""
+
+    adaptive = staticmethod(hy.taylor_adaptive_batch)
+    event = staticmethod(hy.t_event_batch)
+    motions = (LANES,)
+
+    def __init__(self, code: Code) -> None:
+        super().__init__(code)
+        self.first_motion = 0
+
+    def change(self, point: int) -> Callable[..., bool]:
+        """The callback that flips the contact of a point in a lane."""
+
+        def in_a_lane(ta: Adaptive, _sign: int, lane: int) -> bool:
+            self.flip(point, lane)
+            motion = self.first_motion + lane
+            state = self.columns[lane].tobytes()
+            self.log.append(ContactChange(motion, point, ta.time.item(lane), state))
+            return True
+
+        return in_a_lane
+
+    def set_time(self, t: np.ndarray) -> None:
+        self.ta.set_time(t)
+
+
 class TaylorBatch(HeyokaIntegrator):
     """Integrator over many scaled pads whose numbers are arrays (n,), some at a time side by side.
 
     It resolves no changes of several points in one instant.
     """
+
+    machine = BatchMachine
 
     def run(
         self, contact: np.ndarray, t: np.ndarray, state: np.ndarray, stop: np.ndarray, dense: bool
@@ -31,7 +68,8 @@ class TaylorBatch(HeyokaIntegrator):
         Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit,
         see `Limit`; `dense` keeps the whole path.
         """
-        machine = self.ready(LANES)
+        machine = self.ready()
+        assert isinstance(machine, BatchMachine)
         parameters = runtime_parameters(self.model, np.asarray(contact))
         n = parameters.shape[1]
         t0 = np.array(t, dtype=float)
@@ -39,7 +77,7 @@ class TaylorBatch(HeyokaIntegrator):
         end = np.array(state, dtype=float)
         count = np.zeros(n, dtype=int)
         limit = np.full(n, Limit.NONE)
-        parts = []
+        parts: list[DenseOutput | None] = []
         for offset in range(0, n, LANES):
             motions = slice(offset, offset + LANES)
             machine.first_motion = offset  # with the lane it numbers the motion of a contact change
@@ -49,7 +87,12 @@ class TaylorBatch(HeyokaIntegrator):
             self._carry(
                 machine, record, t1[motions], end[:, motions], count[motions], limit[motions]
             )
-            parts.append(record.dense_output(offset))
+            if dense:
+                times = np.array(record.times)  # (s + 1, lanes)
+                series = np.array(record.series)  # (s, 6, p, lanes)
+                for lane in range(LANES):
+                    of_lane = dense_output(times[:, lane], series[..., lane], offset + lane)
+                    parts.append(of_lane)
         return Segment(
             law=self.model.law,
             c=Coefficients(*parameters[: len(NAMES)]),
