@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 import squeal
-from squeal.examples.brake import parts, solid_brake
+from squeal.examples.brake import solid_brake
 from squeal.sparse.argument_principle import band
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import lowest_modes, modes_in
@@ -156,7 +156,8 @@ def draw(sizes: list[Size], file: Path) -> None:
 def components(rows: int) -> None:
     """Print errors of the roots of disc and pad, joined, over the cut-off of their modes."""
     brake = solid_brake(rows)
-    bodies, contact = parts(brake)
+    bodies = brake.bodies
+    contact = brake.contact
     exact = squeal.eigenvalues(brake.system, band=LOW_BAND).values
     band = "{:g} to {:g} Hz".format(*LOW_BAND)
     print(f"{len(exact)} roots from {band} of {brake.system.n} rows; largest errors")

@@ -9,7 +9,6 @@ a system file that reads them.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -25,7 +24,7 @@ from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.matrices import write_components, write_system
 from squeal.sparse.components import Component
-from squeal.sparse.contact_seat import Contact
+from squeal.sparse.contact_seat import Contact, pair_directions
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -63,8 +62,9 @@ class SolidBrake:
 
     `nodes`, `directions` (n,) tell what each row is, `places` (nodes, 3) where in m; `cells`
     (elements, 8) the nodes of each hexahedron in the order of VTK. `pairs` (m, 2) are the nodes of
-    disc and pad in contact with their `area` (m,), `back` (m,) those of the pad behind them, on
-    which the piston acts.
+    disc and pad in contact with their `area` (m,). `bodies` are disc and pad without contact, which
+    `contact` joins, and whose pairs may open; their nodes are counted from 1, and the load of the
+    pad is a pressure of 1 Pa behind the contact, where the piston acts.
     """
 
     system: TermSystem = field(repr=False)
@@ -74,7 +74,8 @@ class SolidBrake:
     cells: NDArray[np.intp] = field(repr=False)
     pairs: NDArray[np.intp] = field(repr=False)
     area: NDArray[np.float64] = field(repr=False)
-    back: NDArray[np.intp] = field(repr=False)
+    bodies: tuple[Component, Component]
+    contact: Contact
 
 
 def _grid(
@@ -221,10 +222,11 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
     on_disc = disc[level:, : along_pad + 1, -1].ravel()
     pairs = np.column_stack([on_disc, pad[:, :, 0].ravel()])
     area = _areas(pad_radii, pad_angles)
-    contact, friction = _contact_matrices(places, pairs, sizes.contact * area)
     back = pad[:, :, -1].ravel()
     ground = np.zeros(places.size)  # stiffness of each row to the ground
     ground[3 * back + 2] = sizes.piston * area
+    load = np.zeros(places.size)
+    load[3 * back + 2] = -area
     for end in (0, -1):
         nodes_of_end = pad[:, end, :].ravel()
         end_area = (sizes.outer - pad_radii[0]) * sizes.pad_thickness
@@ -234,16 +236,47 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
 
     clamped = (3 * disc[0].ravel()[:, None] + np.arange(3)).ravel()
     free = np.setdiff1d(np.arange(places.size), clamped)
-    M = csc_array(block_diag([disc_mass, pad_mass]))[free][:, free]
-    K = csc_array(block_diag([disc_stiffness, pad_stiffness]) + diags_array(ground))[free][:, free]
+    M = csc_array(block_diag([disc_mass, pad_mass]))
+    K = csc_array(block_diag([disc_stiffness, pad_stiffness]) + diags_array(ground))
     alpha, beta = sizes.damping
+    C = csc_array(alpha * M + beta * K)
+
+    def terms(matrix: csc_array, rows: NDArray[np.intp]) -> tuple[Term]:
+        return (Term(matrix[rows][:, rows]),)
+
+    def body(name: str, rows: NDArray[np.intp]) -> Component:
+        nodes = rows // 3
+        return Component(
+            TermSystem(terms(M, rows), terms(C, rows), terms(K, rows), name=name),
+            nodes + 1,
+            rows % 3,
+            places=places.T[nodes],
+            load=load[rows],
+        )
+
+    is_of_disc = free < 3 * disc.size
+    bodies = (body("disc", free[is_of_disc]), body("pad", free[~is_of_disc]))
+    along_axis = (0.0, 0.0, 1.0)
+    contact = Contact(
+        ("disc", "pad"),
+        pairs=pairs + 1,
+        normal=along_axis,
+        stiffness=sizes.contact,
+        area=area,
+        axis=along_axis,
+    )
+    by_name = {one.name: one for one in bodies}
+    directions = pair_directions(contact.located(by_name), by_name)
+    # a pair has the gap g = G q along z and the slip s = S q along the motion of the disc; with
+    # springs k the stiffness of contact is G^T k G, that of its friction S^T k G for mu = 1
+    springs = directions.normal.multiply((sizes.contact * area)[:, None])
     system = TermSystem(
-        M=(Term(M),),
-        C=(Term(csc_array(alpha * M + beta * K)),),
+        M=terms(M, free),
+        C=terms(C, free),
         K=(
-            Term(K),
-            Term(contact[free][:, free], Formula("contact")),
-            Term(friction[free][:, free], Formula("mu*contact")),
+            *terms(K, free),
+            Term(csc_array(directions.normal.T @ springs), Formula("contact")),
+            Term(csc_array(directions.sliding.T @ springs), Formula("mu*contact")),
         ),
         parameters={"mu": 0.4, "contact": 1.0},
         parameter="mu",
@@ -257,45 +290,9 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
         cells=cells[VTK].T,
         pairs=pairs,
         area=area,
-        back=back,
+        bodies=bodies,
+        contact=contact,
     )
-
-
-def _contact_matrices(
-    places: NDArray, pairs: NDArray, stiffness: NDArray
-) -> tuple[csc_array, csc_array]:
-    """Stiffness matrices (rows, rows) of normal contact, and of its friction for mu = 1.
-
-    A pair has the gap g = G q along z and the slip s = S q along the motion of the disc; with
-    springs k the matrices are G^T k G and S^T k G. pairs (m, 2): nodes of disc and pad; stiffness
-    (m,): of the spring of each pair.
-    """
-    from scipy.sparse import coo_array, csc_array, diags_array
-
-    on_disc, on_pad = pairs.T
-    x = places[0, on_pad]
-    y = places[1, on_pad]
-    radius = np.hypot(x, y)
-
-    def of_pairs(entries: Sequence[tuple[NDArray, NDArray]]) -> csc_array:
-        """A row for each pair from columns (m,) and values (m,)."""
-        rows = np.tile(np.arange(len(pairs)), len(entries))
-        columns = np.concatenate([column for column, _ in entries])
-        values = np.concatenate([value for _, value in entries])
-        return coo_array((values, (rows, columns)), shape=(len(pairs), places.size)).tocsc()
-
-    one = np.ones(len(pairs))
-    gap = of_pairs([(3 * on_pad + 2, one), (3 * on_disc + 2, -one)])
-    slip = of_pairs(
-        [
-            (3 * on_pad, -y / radius),
-            (3 * on_pad + 1, x / radius),
-            (3 * on_disc, y / radius),
-            (3 * on_disc + 1, -x / radius),
-        ]
-    )
-    springs = diags_array(stiffness)
-    return csc_array(gap.T @ springs @ gap), csc_array(slip.T @ springs @ gap)
 
 
 def _areas(radii: NDArray, angles: NDArray) -> NDArray:
@@ -484,45 +481,9 @@ def write_tables(folder: Path, brake: SolidBrake) -> None:
     write_csv(folder / "elements.csv", heads, rows)
 
 
-def parts(brake: SolidBrake) -> tuple[list[Component], Contact]:
-    """Disc and pad without contact, and the contact that joins them, whose pairs may open.
-
-    Nodes are counted from 1; the load of the pad is a pressure of 1 Pa.
-    """
-    # the pad's nodes follow the disc's, the first of them in the first pair
-    of_disc = brake.nodes < brake.pairs[0, 1]
-    bodies = [_body(brake, "disc", of_disc), _body(brake, "pad", ~of_disc)]
-    contact = Contact(
-        ("disc", "pad"),
-        pairs=brake.pairs + 1,
-        normal=(0.0, 0.0, 1.0),
-        stiffness=Geometry().contact,
-        area=brake.area,
-        axis=(0.0, 0.0, 1.0),
-    )
-    return bodies, contact
-
-
-def _body(brake: SolidBrake, name: str, selected: NDArray[np.bool_]) -> Component:
-    """The component that some rows (n,) of the brake are, without contact."""
-    rows = np.flatnonzero(selected)
-
-    def of_rows(terms: tuple[Term, ...]) -> tuple[Term, ...]:
-        return tuple(term.mapped(lambda X: X[rows][:, rows]) for term in terms)
-
-    whole = brake.system
-    system = TermSystem(of_rows(whole.M), of_rows(whole.C), of_rows(whole.K[:1]), name=name)
-    nodes = brake.nodes[rows]
-    directions = brake.directions[rows]
-    load = np.zeros(len(rows))
-    for node, area in zip(brake.back, brake.area, strict=True):
-        load[(nodes == node) & (directions == 2)] = -area
-    return Component(system, nodes + 1, directions, places=brake.places[nodes], load=load)
-
-
 def write_parts(folder: Path, brake: SolidBrake) -> None:
     """Disc and pad, a folder each, the pairs of their nodes and the file that joins them."""
-    bodies, contact = parts(brake)
+    contact = brake.contact
     table = zip(*contact.pairs.T.tolist(), contact.area.tolist(), strict=True)
     document = {
         "name": "solid brake",
@@ -546,6 +507,6 @@ def write_parts(folder: Path, brake: SolidBrake) -> None:
         ],
     }
     with whole_folder(folder) as place:
-        write_components(place, bodies, "npz")
+        write_components(place, brake.bodies, "npz")
         write_csv(place / "pairs.csv", ["first", "second", "area"], table)
         write_text(place / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))

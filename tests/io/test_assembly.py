@@ -26,13 +26,13 @@ TOP = 8000.0  # the cut-off, twice the upper end of the band
 @pytest.fixture(scope="module")
 def brake(tmp_path_factory):
     """A brake of disc and pad as files, and the same parts in Python."""
-    pytest.importorskip("skfem")
-    from squeal.examples.brake import parts, solid_brake, write_parts
+    from squeal.examples.brake import solid_brake, write_parts
 
     made = solid_brake(500, around=12)
     folder = tmp_path_factory.mktemp("brake")
     write_parts(folder, made)
-    bodies, contact = parts(made)
+    bodies = made.bodies
+    contact = made.contact
     gap = np.arange(len(contact.pairs)) % 3 * 1e-5  # m
     heads, *lines = (folder / "pairs.csv").read_text().splitlines()
     rows = [f"{line},{x}" for line, x in zip(lines, gap.tolist(), strict=True)]

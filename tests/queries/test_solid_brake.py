@@ -5,12 +5,10 @@ import pytest
 from scipy.linalg import eigvals
 
 import squeal
+from squeal.examples.brake import solid_brake, write_brake
 from squeal.io.system_files import read_system
 from squeal.queries.systems.roots import system_roots
 from squeal.results.sources import EigenvalueSelection
-
-pytest.importorskip("skfem")
-from squeal.examples.brake import solid_brake, write_brake
 
 PAD_NODES = 3 * 9 * 3  # the last ones: radial, along the pad, through it
 
