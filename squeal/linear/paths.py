@@ -310,6 +310,7 @@ def mode_numbers_at(spectrum: SpectrumAtParameter, ids: Indices, values: Complex
         if half_plane.any():  # two close eigenvalues above, or below, the real axis get two modes
             nearest[half_plane] = assigned(distances[half_plane])
     allowed = np.maximum(ROOT_TOLERANCE * np.abs(z), 4 * spectrum.rounding[nearest])
+    ids = np.append(ids, 0)  # for those left over, whose index is -1
     return np.where(distances[np.arange(len(z)), nearest] <= allowed, ids[nearest], 0)
 
 

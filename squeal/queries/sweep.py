@@ -163,6 +163,7 @@ def _system_sweep(
     from squeal.queries.systems.reduced import basis_of
     from squeal.queries.systems.seat import seat_note
     from squeal.queries.systems.sweeps import as_known, track_modes
+    from squeal.sparse.first_look import FirstLook
 
     analysis.warn_of_unused_parameter()
     system = analysis.system
@@ -171,6 +172,8 @@ def _system_sweep(
     reduction = None
     if method != "full":
         reduction = analysis.reduced(values, method, most=CHECKED)
+        if isinstance(reduction, FirstLook) and not reduction.is_complete:
+            reduction = None  # it may lack roots: the system itself is solved
     steps, losses, reference = track_modes(
         analysis.file, analysis.selection, values, reduction, workers
     )

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.damping import frictionless
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import divisor
 from squeal.linear.verdicts import ACCEPTED
 from squeal.numerics.differentiation import Parameters
@@ -160,7 +160,7 @@ class EstimatedRoots(NamedTuple):
     residuals: Array  # backward errors in the full problem
     errors: Array  # of the growth rate, 1/s
     corrected: Bools  # True where solved in the full problem, False where estimated
-    projected: Roots  # the roots of the region that were estimated, with reduced vectors
+    projected: Roots  # the roots, but for those without an estimate, with reduced vectors
     rough_values: ComplexArray  # of all roots that were estimated, also outside of the region
     spurious: int = 0  # how many roots of the projected problem the full one does not have
 
@@ -510,17 +510,20 @@ class FirstLook(Reduction):
         """The estimated roots, those in a `part` of the plane replaced by the roots solved there.
 
         Solved roots outside of the region are left out, and the error of a solved root is its
-        rounding. If fewer roots are solved than replaced, the difference is the number of spurious
-        ones.
+        rounding. Their vectors are projected onto the basis. If fewer roots are solved than
+        replaced, the difference is the number of spurious ones.
         """
         is_kept = ~part.contains(estimated.values)
         inside = [e for e in solved if self.region.contains(np.array(e.value))]
+        solved_roots = Roots(*arrays_of(inside, self.scaled.n))
+        kept = estimated.projected.select(~part.contains(estimated.projected.values))
         replaced = int(np.sum(~is_kept))
         return estimated._replace(
-            values=np.append(estimated.values[is_kept], [e.value for e in inside]),
+            values=np.append(estimated.values[is_kept], solved_roots.values),
             residuals=np.append(estimated.residuals[is_kept], [e.residual for e in inside]),
             errors=np.append(estimated.errors[is_kept], [e.rounding for e in inside]),
             corrected=np.append(estimated.corrected[is_kept], np.ones(len(inside), dtype=bool)),
+            projected=kept.joined(solved_roots.expanded(self.vectors.T / self.scaled.scale)),
             spurious=max(0, replaced - len(inside)),
         )
 

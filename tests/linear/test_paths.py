@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 import squeal
 from squeal.linear import thresholds, unstable_modes
 from squeal.linear.continuation import Continuation
-from squeal.linear.paths import links
+from squeal.linear.paths import links, mode_numbers_at
 from tests.known import coupled
 
 
@@ -96,6 +96,13 @@ def test_whether_two_roots_meet_within_a_step_that_is_not_halved(sign, share):
     assert link.indistinct == ([] if sign > 0 else [[0, 1]])
     if sign > 0:
         assert link.after.z[link.order] == pytest.approx(link.before.z, abs=1e-12)
+
+
+def test_no_two_eigenvalues_have_the_number_of_one_root():
+    """Two rows, of which the spectrum has but one."""
+    values = np.array([1j, 1.0002j])
+    spectrum = Continuation(lambda mu: (np.eye(1), None, np.eye(1)), 0.0, 1.0).at(0.0)
+    assert mode_numbers_at(spectrum, np.array([4]), values).tolist() == [4, 0]
 
 
 def test_onsets_are_read_below_mu_also_from_thresholds_of_a_longer_range():

@@ -1,6 +1,6 @@
 """First looks against the full system: errors that hold, roots that are corrected, workers."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -73,6 +73,43 @@ def test_roots_that_would_be_lost_are_solved():
     look = look_at(LATE, RANGE, region=LATE_BAND)
     corrected = [held_against_the_full_system(look, p).corrected.all() for p in RANGE]
     assert (corrected[0], corrected[2]) == (False, True)
+
+
+def test_solved_roots_have_the_numbers_of_modes():
+    """At the last value of the range real modes estimate none of the roots."""
+    values = [p["mu"] for p in RANGE]
+    for step in squeal.sweep(LATE, values, region=astuple(LATE_BAND), method="modal").steps:
+        upper = step.modes[step.roots.imag > 0.0]
+        assert upper.all()
+        assert len(set(upper.tolist())) == len(upper)
+
+
+@pytest.mark.parametrize(("seed", "damping"), [(0, 1e-4), (1, 1e-4), (2, 0.0)])
+def test_each_root_that_real_modes_lose_is_a_mode_of_its_own(seed, damping):
+    """Single rows, equations and coordinates mixed: omega^2 and damping of each are known."""
+    rng = np.random.default_rng(seed)
+    omegas = np.append(np.linspace(3900.0, 4900.0, 12), rng.uniform(7e3, 3e4, 400))
+    n = len(omegas)
+    left, right = np.eye(n), np.eye(n)
+    for factor in (left, right):
+        mixed = rng.permutation(n)
+        factor[mixed[: n // 4], mixed[n // 4 : 2 * (n // 4)]] = 1.0
+    friction = np.zeros(n)
+    friction[7] = 1.0  # damping (1 - 2 mu) alone: growth from mu = 1/2 on
+    terms = [np.diag(2.0 * damping * omegas), np.diag(-4.0 * damping * omegas * friction)]
+    C = dict(zip(("1", "mu"), (left @ term @ right for term in terms), strict=True))
+    turned = np.diag(0.01 * omegas**2 * (np.arange(n) < 6))
+    K = {"1": left @ np.diag(omegas**2) @ right, "mu": left @ turned @ right}
+    system = squeal.System(left @ right, C, K)
+    band = (600.0, 800.0)
+    with pytest.warns(InputWarning, match="real modes"):
+        swept = squeal.sweep(system, [0.0, 0.5, 1.0], band, method="modal")
+    for step in swept.steps:
+        hertz = omegas * np.sqrt(1.0 + 0.01 * step.value * (np.arange(n) < 6)) / (2 * np.pi)
+        assert len(step.roots) == np.sum((band[0] < hertz) & (hertz < band[1]))
+        assert sorted(step.modes.tolist()) == list(range(1, 13))
+    growing = [mode.mode for mode in swept.modes if mode.growth_rate > 1e-6]
+    assert len(growing) == (damping > 0.0)
 
 
 @pytest.mark.parametrize("growth", [1e-4, -1e-4])

@@ -152,8 +152,8 @@ class ComputedRoots(NamedTuple):
         The roots in rad/s, their backward errors in the full problem, and how far rounding, or what
         a first look leaves out, may move them, 1/s.
     with_vectors : Roots
-        The roots with their vectors, of a reduced system in its coordinates; of a first look as
-        they were before some were corrected.
+        The roots with their vectors, of a reduced system in its coordinates; of a first look those
+        without an estimate are left out.
     verdict, spurious, corrected, certified
         As `Step` has them.
     """
@@ -195,7 +195,7 @@ def estimated_roots(reduction: Reduction, changes: Parameters) -> tuple[Eigenval
     roots = roots_of_reduction(reduction, changes)
     right = roots.with_vectors.right
     if roots.corrected is not None:
-        # roots that were corrected in the full problem have the vector of the nearest projected one
+        # roots that were not estimated have the vector of the nearest one
         distances = np.abs(roots.with_vectors.values[:, None] - roots.values)
         right = right[:, np.argmin(distances, axis=0)]
     return without_left_vectors(roots.values, roots.residuals, roots.rounding, right)

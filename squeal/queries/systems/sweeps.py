@@ -113,13 +113,10 @@ def track_modes(
     @functools.cache
     def spectrum_at(value: float) -> SpectrumAtParameter:
         """The spectrum at a value of the sweep, or between two, to track modes in small steps."""
-        changes = {parameter: value}
         if value in computed_roots:
             _, roots = computed_roots[value]
-        elif system.follows and reduction is not None:
-            roots, _, _ = reduction.modes(changes)
         elif reduction is not None:
-            roots = reduction.roots(changes)
+            roots = roots_of_reduction(reduction, {parameter: value}).with_vectors
         else:
             roots = _roots_of_full(file, selection, value, is_judged=False).with_vectors
         # lifted: vectors of the first-order form, where left and right ones of two roots are
