@@ -243,8 +243,10 @@ def _locate_event(continuation: Continuation, guess: EventGuess, crosses: bool) 
 def beyond_ends(continuation: Continuation, first: float, last: float) -> tuple[float, float]:
     """The interval of an event, by its width beyond each end of the range that it reaches.
 
-    Rounding hides the sign at that end, so that the event itself may lie beyond.
+    Rounding hides the sign at that end, so that the event itself may lie beyond. The interval of
+    an event beyond the upper end begins at that end.
     """
+    first = min(first, continuation.high)
     width = last - first
     if first <= continuation.low:
         first = continuation.low - width

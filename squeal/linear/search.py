@@ -489,7 +489,8 @@ class _AdaptiveRefinement:
         if bracket is not None:
             low, high, _ = bracket
         interval = beyond_ends(continuation, low, high)
-        event = Event((a + b) / 2, crossing.omega, direction, interval, converged=False)
+        value = min((a + b) / 2, continuation.high)
+        event = Event(value, crossing.omega, direction, interval, converged=False)
         return self.snap_to_range_start(event)
 
 

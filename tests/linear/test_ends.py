@@ -161,3 +161,22 @@ def test_the_interval_of_a_threshold_holds_one_just_beyond_the_end(stiffness, da
     answer = squeal.thresholds(squeal.System([[1.0]], [[damping]], K), 1.7, 0.3, prove=False)
     for crossing in answer.crossings:
         assert crossing.interval[0] <= value <= crossing.interval[1]
+
+
+@pytest.mark.parametrize("high", [1.0, 1e3])
+@pytest.mark.parametrize("beyond", [1e-10, 1e-9, 3e-9])
+def test_of_two_coalescences_the_one_beyond_the_end_is_listed_at_the_end(high, beyond):
+    """Squares of frequencies a and a + 1 coalesce at `high`, others a little beyond."""
+    couplings = [0.5 / high, 0.5 / (high * (1.0 + beyond))]
+    K1 = np.zeros((4, 4))
+    for k, coupling in zip((0, 2), couplings, strict=True):
+        K1[k, k + 1] = coupling
+        K1[k + 1, k] = -coupling
+    K0 = np.diag([10.0, 11.0, 40.0, 41.0])
+    crossings = thresholds(squeal.System(np.eye(4), K={"1": K0, "mu": K1}), high).crossings
+    assert len(crossings) == 2
+    for crossing, coupling in zip(crossings, couplings, strict=True):
+        first, last = crossing.interval
+        assert first <= crossing.mu <= last
+        assert first <= 0.5 / coupling <= last
+        assert crossing.mu <= high
