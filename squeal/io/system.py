@@ -39,6 +39,7 @@ from squeal.io.terms import (
     terms_of,
 )
 from squeal.linear.damping import Damped, damped
+from squeal.linear.labels import rows_in_words
 from squeal.linear.matrices import dense, normalised_system
 from squeal.linear.precision import Precision, half_units
 from squeal.linear.supports import empty_rows_warning, supports_warning
@@ -408,8 +409,8 @@ def _parameters_of(records: Sequence[Damped], system: TermSystem) -> frozenset[s
 def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[MatrixFile]) -> list[str]:
     """Warn of rows (node, dof) that M has and K lacks, or K and not M, or C and not K.
 
-    Internal nodes, below zero, have no mass and are left out. Returns what is assumed of rows of M
-    without K. Raises InputError where only some matrices have labels, or where a matrix has no row
+    Internal nodes, below zero, have no mass and are left out. Returns what is assumed of such
+    rows. Raises InputError where only some matrices have labels, or where a matrix has no row
     that another one has.
     """
     labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
@@ -439,10 +440,10 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
         if not lacking or not labels[other]:
             continue
         node, freedom = lacking[0]
+        lacks = f"{other} lacks {rows_in_words(len(lacking))} of {part}"
         at.warn(
-            f"{len(lacking)} rows stand in {part} and not in {other}, the first is degree "
-            f"of freedom {freedom} of node {node}; their entries in {other} are taken as zero"
+            f"{lacks}, the first is degree of freedom {freedom} of node {node}; its entries there "
+            "are taken as zero"
         )
-        if part == "M":
-            assumptions.append(f"{len(lacking)} rows of M stand not in K, which is taken as zero")
+        assumptions.append(f"{lacks}, which are taken as zero")
     return assumptions

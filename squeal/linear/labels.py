@@ -27,6 +27,13 @@ def labels_of(matrix: object) -> tuple[list[Label], list[Label]] | None:
     return labels[0], labels[1]
 
 
+def rows_in_words(count: int) -> str:
+    """How many rows, such as "2 rows"."""
+    if count == 1:
+        return "1 row"
+    return f"{count} rows"
+
+
 def refuse_other_labels(labels: Mapping[str, list[Label]]) -> None:
     """Refuse data frames whose rows or columns have other labels, or another order, than those of
     the first, and a label that stands there twice. Raises InputError.

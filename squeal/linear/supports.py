@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.labels import Label, row_name
+from squeal.linear.labels import Label, row_name, rows_in_words
 from squeal.linear.matrices import Array
 
 if TYPE_CHECKING:
@@ -56,15 +56,15 @@ def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArr
 def supports_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
     """The warning that `without_supports` left out rows (k,) of a system with these labels."""
     return (
-        f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "
-        f"and left out, the first is {_first_row(rows, labels)}"
+        "supports, whose diagonal stands decades above all others, are left out: "
+        f"{rows_in_words(rows.size)}, the first is {_first_row(rows, labels)}"
     )
 
 
 def empty_rows_warning(rows: NDArray[np.intp], labels: Sequence[Label]) -> str:
     """The warning that `without_empty_rows` left out rows (k,) of a system with these labels."""
     return (
-        f"{rows.size} rows are empty in M, C and K and left out, the first is "
+        f"what is empty in M, C and K is left out: {rows_in_words(rows.size)}, the first is "
         f"{_first_row(rows, labels)}"
     )
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError, meant, within_doubles
-from squeal.linear.labels import Label, row_name
+from squeal.linear.labels import Label, row_name, rows_in_words
 from squeal.linear.matrices import (
     MCK,
     Array,
@@ -544,7 +544,7 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     supports = support_rows(np.abs(M.diagonal()), np.abs(K.diagonal()), couplings)
     if not supports.size:
         return system, supports
-    assumption = f"{supports.size} rows are taken for supports and left out"
+    assumption = f"{rows_in_words(supports.size)} taken for supports and left out"
     return _without_rows(system, supports).assuming(assumption), supports
 
 

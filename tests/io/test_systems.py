@@ -97,7 +97,7 @@ def test_rows_that_are_empty_in_every_matrix_are_left_out_with_a_warning(tmp_pat
     with pytest.warns(InputWarning) as caught:
         file = read_system(tmp_path / "s.yaml")
     empty, supports = (str(one.message) for one in caught)
-    assert "1 rows are empty in M, C and K and left out, the first is row 3" in empty
+    assert "what is empty in M, C and K is left out: 1 row, the first is row 3" in empty
     assert "the first is row 6" in supports
     assert file.coordinates.supports.tolist() == [2, 5]
     assert file.coordinates.displacements(np.arange(1.0, 5.0))[:, 0].tolist() == [1, 2, 0, 3, 4, 0]
@@ -211,8 +211,8 @@ def test_one_sentence_names_file_key_and_value(tmp_path, read, text, nodes, part
 def test_labels_that_m_or_k_alone_have_are_reported(read):
     some = SOME + "2,1,2,1,1\n"
     with (
-        pytest.warns(InputWarning, match="1 rows .* M .* 1 of node 2"),
-        pytest.warns(InputWarning, match="2 rows .* K .* 1 of node 3"),
+        pytest.warns(InputWarning, match="K lacks 1 row of M, .* 1 of node 2"),
+        pytest.warns(InputWarning, match="M lacks 2 rows of K, .* 1 of node 3"),
     ):
         read("M: {file: m.txt}\nK: {file: k.txt}\n", m=some, k=f"{SOME}3,1,3,1,5\n4,1,4,1,5\n")
     text = "M: {file: m.txt}\nK: [{file: m.txt}, {file: some.txt, factor: mu}]\n"
@@ -231,7 +231,7 @@ def test_one_sided_friction_stays_on_its_side(read):
 def test_supports_by_penalties_are_left_out_with_a_warning(tmp_path, read):
     (tmp_path / "nodes.csv").write_text("node,dof,x,y,z\n7,x,0,0,0\n7,y,0,0,0\n9,z,1,2,3\n")
     text = "M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nK: [[9, 0, -1], [0, 1.0e+30, 0], [-1, 0, 7]]\n"
-    with pytest.warns(InputWarning, match="1 rows .* supports .* row 2"):
+    with pytest.warns(InputWarning, match="supports, .* left out: 1 row, .* row 2"):
         file = read(f"{text}coordinates: {{file: nodes.csv}}\n")
     assert file.system.at()[2].tolist() == [[9, -1], [-1, 7]]
     assert file.coordinates.displacements(np.array([1.0, 2.0])).tolist() == [[1, 0, 0], [0, 0, 2]]

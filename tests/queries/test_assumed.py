@@ -18,10 +18,13 @@ MASS = "1,1,1,1,1\n2,1,2,1,1\n"
 FULL = CHAIN + "2,1,1,1,-1\n"
 
 
-def case(tmp_path, K=FULL, M=MASS, keys="", factor="1 + mu", suffix="txt"):
+def case(tmp_path, K=FULL, M=MASS, keys="", factor="1 + mu", suffix="txt", C=""):
     (tmp_path / f"K.{suffix}").write_text(K)
     (tmp_path / "M.txt").write_text(M)
     text = f"M: {{file: M.txt}}\nK: {{file: K.{suffix}{keys}, factor: {factor}}}\n"
+    if C:
+        (tmp_path / "C.txt").write_text(C)
+        text += "C: {file: C.txt}\n"
     (tmp_path / "system.yaml").write_text(text)
     return tmp_path / "system.yaml"
 
@@ -36,8 +39,10 @@ def held(tmp_path):
     [
         (lambda folder: case(folder, CHAIN), "each entry of one half is taken for both"),
         (lambda folder: case(folder, FULL + "1,1,1,1,0.5\n"), "1 entries of one place are summed"),
-        (lambda folder: case(folder, M=MASS + "3,1,3,1,1\n"), "rows of M stand not in K"),
-        (held, "1 rows are taken for supports and left out"),
+        (lambda folder: case(folder, M=MASS + "3,1,3,1,1\n"), "K lacks 1 row of M"),
+        (lambda folder: case(folder, M="1,1,1,1,1\n"), "M lacks 1 row of K"),
+        (lambda folder: case(folder, C=MASS + "3,1,3,1,1\n"), "K lacks 1 row of C"),
+        (held, "1 row taken for supports and left out"),
     ],
 )
 def test_nothing_is_certified_after_a_guess(tmp_path, made, reason):
@@ -62,7 +67,7 @@ def test_supports_that_were_guessed_in_memory_are_not_certified():
     answer = squeal.eigenvalues(system)
     assert answer.values.imag.max() == pytest.approx(2.0)
     assert not answer.certified
-    assert "1 rows are taken for supports" in str(answer)
+    assert "1 row taken for supports" in str(answer)
 
 
 @pytest.mark.parametrize("keys", ["", ", symmetric: true"])
