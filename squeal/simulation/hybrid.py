@@ -355,7 +355,10 @@ def integrate(
     steps = 0
     changes = 0
     while t < stop:  # a segment a pass
-        segment = integrator.run(contact, t, z, stop, dense)
+        try:
+            segment = integrator.run(contact, t, z, stop, dense)
+        except ComputationError as error:
+            raise ComputationError(f"after {instant(t)}: {error}") from None
         begin = t
         t = segment.t1[0]
         z = segment.end[:, 0]

@@ -154,9 +154,7 @@ class SciPyIntegrator(Integrator):
             atol=self.tolerance,
         )
         if solution.status < 0:
-            raise ComputationError(
-                f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
-            )
+            raise ComputationError(f"SciPy gave up: {solution.message}")
         turning_time = self._turning_time(solution.t, solution.y, contact)
         if turning_time is not None:  # with an end there SciPy sees the change of sign
             return self.run(contact, t, state, turning_time, dense)

@@ -397,12 +397,10 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
         )
         t1 = np.full(1, machine.ta.time, dtype=number)
         limit = Limit.NONE
-        if t1[0] < until[0]:
+        if t1[0] != until[0]:  # also where the time is not a number
             limit = limit_of(outcome, law.points)
         if limit == Limit.FAILED:
-            raise ComputationError(
-                f"the motion is not finite after t = {float(t):.9g} natural time units"
-            )
+            raise ComputationError("the motion is not finite")
         return Segment(
             law=law,
             c=Coefficients(*parameters[: len(NAMES)]),

@@ -91,6 +91,16 @@ def test_grazing_from_below_is_no_separation(backend, share):
     assert share == 0.0 or not result.events
 
 
+@needs_heyoka
+@pytest.mark.parametrize("values", [{"F_n": 1e100}, {"I": 1e-100}, {"mu": 1e100}])
+@pytest.mark.parametrize("outputs", [("events",), ("history",)])
+def test_a_motion_that_leaves_all_bounds_at_once_ends_with_its_time(values, outputs):
+    pad = upright(**{"alpha1": 2.4, "alpha2": 2.4, "mu": 0.4} | values)
+    scene = Scene("B1", pad, stop=1e-3, samples=3, outputs=outputs)
+    with pytest.raises(ComputationError, match="after t = 0 s: the motion is not finite"):
+        simulate(scene, "heyoka")
+
+
 def limit_of(scene, backend, words):
     times = []
     for outputs in (("events",), ("events", "extrema")):  # without and with dense output
