@@ -424,8 +424,8 @@ def system_thresholds_with_proof(
             break
         exact = None
         step_ends.append(refuted_at)
-    if answer.certified and answer.proof is None and small:
-        answer = _counted_not_proved(answer)
+    if answer.certified and answer.proof is None:
+        answer = _counted_not_proved(answer, is_certified=not small)
     answer = widened(analysis.file, system, answer)
     answer = thresholds_as_seated(analysis.file, answer)
     if assumptions:
@@ -470,10 +470,11 @@ def _growth_bound(roots: Sequence[Eigenvalue]) -> float:
     return bound
 
 
-def _counted_not_proved(answer: Thresholds) -> Thresholds:
-    """Withdraw the certificate of a small system, of which a proof is expected, not counts alone.
+def _counted_not_proved(answer: Thresholds, is_certified: bool) -> Thresholds:
+    """State that the thresholds of an answer were counted: no proof was made.
 
-    A mode may grow between two values at which growing roots were counted.
+    A mode may grow between two values at which growing roots were counted. Of a small system a
+    proof is expected, so that counts alone do not certify its list.
     """
     from squeal.queries.ranges import RangeStatement
 
@@ -486,7 +487,9 @@ def _counted_not_proved(answer: Thresholds) -> Thresholds:
         until=answer.high,
         high=answer.high,
     )
-    return replace(answer, certified=False, proof=statement.to_dict(), proof_line=statement.words)
+    return replace(
+        answer, certified=is_certified, proof=statement.to_dict(), proof_line=statement.words
+    )
 
 
 def _proved_system(

@@ -117,6 +117,16 @@ def test_a_structural_loss_factor_flutters_where_it_is_known_to(monkeypatch):
     assert found.points[0].mu == pytest.approx(mu, rel=1e-10)
 
 
+def test_counted_thresholds_of_a_large_band_say_so_under_proof():
+    system = beside(np.diag([1e6, 1.1e6]), np.array([[0.0, 1e5], [-1e5, 0.0]]), 0.01)
+    found = squeal.thresholds(system, 1.0, band=(100.0, 200.0))
+    assert found.certified
+    proof = found.to_dict()["proof"]
+    assert (proof["status"], proof["by"]) == ("counted", "count")
+    assert proof["growth_below"] is None
+    assert proof["extent"] == [0.0, 1.0]
+
+
 @pytest.mark.parametrize("seed", [6, 15])
 def test_a_band_of_a_dense_system_has_its_known_thresholds(seed):
     """Roots dense in the band; real ones that come from above it and leave it within a step."""
