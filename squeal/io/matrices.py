@@ -144,7 +144,7 @@ def _reading_error(path: Path, format_name: str, error: Exception) -> str:
 
 
 def _pick(content: MatrixFile | NamedMatrices, key: str | None) -> MatrixFile:
-    """The matrix of a file that a key names, in either case of its letters.
+    """The matrix of a file that a key names, in the case in which it was written.
 
     `content` is what the reader of the format gave: the only matrix, for which no key is allowed,
     or all by their names, of which a single one needs none. Raises InputError.
@@ -168,10 +168,7 @@ def _pick(content: MatrixFile | NamedMatrices, key: str | None) -> MatrixFile:
     elif key in content:
         picked = content[key]
     else:
-        in_other_case = [name for name in content if name.lower() == key.lower()]
-        if len(in_other_case) != 1:
-            raise InputError(f"holds no matrix {key}; it holds {names}")
-        picked = content[in_other_case[0]]
+        raise InputError(f"holds no matrix {key}; it holds {names}")
     # a matrix file, a bare matrix, or a description of one that is built only now
     if isinstance(picked, UnbuiltMatrix):
         return picked.build()

@@ -47,7 +47,8 @@ TERM = Group({
         f"matrix file beside this one ({SUFFIXES})", TEXT, required=True, unless="matrix",
         default="refused, unless matrix gives it"),
     "key": Key(
-        "which matrix of a file that may hold several (.mat, .npz, .op4, .op2, .pch, .full)", TEXT,
+        "which matrix of a file that may hold several (.mat, .npz, .op4, .op2, .pch, .full), in "
+        "the case in which it was written", TEXT,
         default="the only one", needs=("file",)),
     "matrix": Key("the rows themselves", Square(most=MOST_ROWS), instead="file"),
     "symmetric": Key(

@@ -108,12 +108,14 @@ def test_an_array_of_either_byte_order_and_of_half_precision_is_a_matrix(tmp_pat
 def test_keys_pick_one_of_several_in_the_case_written(tmp_path, matrix):
     savemat(tmp_path / "s.mat", {"M": np.eye(3), "Kaa": matrix, "kaa": np.eye(2), "note": "text"})
     np.savez(tmp_path / "s.npz", M=np.eye(3), K=np.ones((3, 3)))
-    for key, rows in {"M": 3, "m": 3, "Kaa": 20, "kaa": 2}.items():
+    for key, rows in {"M": 3, "Kaa": 20, "kaa": 2}.items():
         assert read_matrix(tmp_path / "s.mat", key).matrix.shape == (rows, rows)
     assert read_matrix(tmp_path / "s.npz", "K").matrix.sum() == 9
-    for key in (None, "KAA", "L"):
+    for key in (None, "KAA", "m", "L"):
         with pytest.raises(InputError, match="Kaa, M, kaa"):
             read_matrix(tmp_path / "s.mat", key)
+    with pytest.raises(InputError, match="holds no matrix k; it holds K, M"):
+        read_matrix(tmp_path / "s.npz", "k")
     save_npz(tmp_path / "one.npz", matrix)
     with pytest.raises(InputError, match="key K"):
         read_matrix(tmp_path / "one.npz", "K")
@@ -467,7 +469,7 @@ def test_op2_that_is_laid_out_by_hand_is_read(tmp_path):
     K = [[(1, 4.0, -1.0)], [(1, -1.0, 3.0)], [(3, 2.5)]]
     B = [[(1, 1.0, 0.5)], [], [(1, 2.0, 0.0), (3, 0.0, -1.0)]]
     (tmp_path / "job.op2").write_bytes(head + block("KAA", K, 2) + block("BAA", B, 4) + keys(0))
-    found = [read_matrix(tmp_path / "job.op2", key) for key in ("KAA", "baa")]
+    found = [read_matrix(tmp_path / "job.op2", key) for key in ("KAA", "BAA")]
     assert [one.form for one in found] == ["Nastran OP2"] * 2
     assert found[0].matrix.toarray().tolist() == [[4, -1, 0], [-1, 3, 0], [0, 0, 2.5]]
     assert found[1].matrix.toarray().tolist() == [[1 + 0.5j, 0, 2], [0, 0, 0], [0, 0, -1j]]
