@@ -19,6 +19,7 @@ from contextvars import copy_context
 from dataclasses import dataclass
 from functools import wraps
 from inspect import signature
+from keyword import iskeyword
 from numbers import Integral
 from pathlib import Path
 from types import NoneType, UnionType
@@ -38,10 +39,14 @@ _TAG = "tag:yaml.org,2002:"
 
 NO_MATRICES = "; a matrix file is named in a system file, as M: {file: NAME}"
 _COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")  # a number as some countries write it
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _PLAIN = (int, float, np.integer, np.floating)
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 _CHECKED = (*_PLAIN, np.bool_, str, bytes, list, tuple, set, dict)
+
+
+def _is_name(text: str) -> bool:
+    """Whether formulas, which Python parses, can name a parameter so."""
+    return text.isidentifier() and text.isascii() and not iskeyword(text)
 
 
 class Place:
@@ -134,8 +139,8 @@ def instance(kind: type, named: str) -> Kind:
 TEXT = instance(str, "text")
 FLAG = instance(bool, "true or false")
 NAME = Kind(
-    "a name of letters, digits and underscores",
-    lambda value: value if isinstance(value, str) and _NAME.fullmatch(value) else None,
+    "a name of letters, digits and underscores, and no keyword of Python such as lambda",
+    lambda value: value if isinstance(value, str) and _is_name(value) else None,
 )
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -126,6 +127,10 @@ cos = _function(np.cos, lambda x: -np.sin(x))
 exp = _function(np.exp, np.exp)
 sqrt = _function(np.sqrt, lambda x: 0.5 / np.sqrt(x))
 
+_NAME = r"[^\W\d]\w*(?!\w)"
+_DECIMAL = r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?(?![\w.])"
+# Python also reads 0x10, 1_0 and comments, which are no formula
+_FORMULA = re.compile(rf"(\s|[-+*/()]|{_NAME}|{_DECIMAL})*")
 ALLOWED = "a formula of parameters and numbers with + - * / ** (by a number) and parentheses"
 
 
@@ -144,7 +149,7 @@ class Formula:
 
     def __post_init__(self) -> None:
         try:
-            if len(self.text) > 500:
+            if len(self.text) > 500 or not _FORMULA.fullmatch(self.text):
                 raise ValueError
             tree = ast.parse(self.text.strip(), mode="eval").body
             names = _parameter_names(tree)

@@ -77,6 +77,7 @@ def test_curvature_is_a_bound_of_the_second_derivative(text, low, high, most):
 
 
 NOT_ALLOWED = ["__import__('os')", "mu.real", "mu[0]", "mu > 1", "True", "1j", "mu +", "", "mu**mu"]
+NOT_ALLOWED += ["1_0", "0x10", "mu*0b1", "0o7 + mu", "1 # mu", "1.5.real", "(1 \\\n+ mu)", "lambda"]
 
 
 @pytest.mark.parametrize("text", [*NOT_ALLOWED, "mu // 2", "+".join(["1"] * 300)])
