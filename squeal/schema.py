@@ -79,10 +79,12 @@ class Place:
 
     @contextmanager
     def named(self) -> Iterator[None]:
-        """Let what is refused meanwhile begin with this place."""
+        """Let what is refused meanwhile begin with this place, unless it names this source."""
         try:
             yield
         except InputError as error:
+            if str(error).startswith(f"{self.source}: "):
+                raise
             raise self.refuse(str(error)) from None
 
 

@@ -298,7 +298,8 @@ def _component(
             with (at / "load" / "surface").named():
                 unit_load = pressure_load(body, coordinates, load["surface"])
         else:
-            unit_load = read_load(folder / load["file"], body, coordinates)
+            with (at / "load" / "file").named():
+                unit_load = read_load(folder / load["file"], body, coordinates)
         body = replace(body, load=factor * unit_load)
     return body
 
@@ -338,7 +339,8 @@ def _contact(
             arguments[key] = value
     points: dict[str, Any]  # arguments of `Contact` that the table or the faces give
     if "pairs" in keys:
-        points = _table_of_pairs(folder / keys["pairs"]["file"])
+        with (at / "pairs" / "file").named():
+            points = _table_of_pairs(folder / keys["pairs"]["file"])
     elif "faces" in keys:
         points = _face_contact(keys, at, components)
     else:

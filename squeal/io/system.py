@@ -173,7 +173,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     rows = sparse_matrices[0].shape[0]
     made = _make_terms(terms, matrices, files, folder, parameter)
     labels = all_labels(files)
-    coordinates = _coordinates(keys, folder, rows, labels)
+    coordinates = _coordinates(keys, at, folder, rows, labels)
     with at.named():
         system = TermSystem(
             tuple(made.of_part["M"]),
@@ -199,7 +199,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         if supports.size:
             (at / "K").warn(supports_warning(supports, labels))
         undamped_rows = system.n
-        system, damping_records = _with_damping(system, keys, folder, made.damping)
+        system, damping_records = _with_damping(system, keys, at, folder, made.damping)
     if coordinates is not None:
         added_rows = system.n - undamped_rows
         left_out = np.union1d(empty, supports)
@@ -341,19 +341,21 @@ def _is_dense(terms: Sequence[TermKeys], matrices: Sequence[csc_array]) -> bool:
 
 
 def _coordinates(
-    keys: Document, folder: Path, rows: int, labels: Sequence[tuple[int, int]]
+    keys: Document, at: Place, folder: Path, rows: int, labels: Sequence[tuple[int, int]]
 ) -> Coordinates | None:
     """Nodes and elements of the rows, None without the key coordinates. Raises InputError."""
     if "coordinates" not in keys:
         return None
-    coordinates = read_coordinates(folder / keys["coordinates"]["file"], rows, labels)
+    with (at / "coordinates" / "file").named():
+        coordinates = read_coordinates(folder / keys["coordinates"]["file"], rows, labels)
     if "elements" in keys:
-        coordinates = read_elements(folder / keys["elements"]["file"], coordinates)
+        with (at / "elements" / "file").named():
+            coordinates = read_elements(folder / keys["elements"]["file"], coordinates)
     return coordinates
 
 
 def _with_damping(
-    system: TermSystem, keys: Document, folder: Path, term_damping: TermDamping
+    system: TermSystem, keys: Document, at: Place, folder: Path, term_damping: TermDamping
 ) -> tuple[TermSystem, tuple[Damped, ...]]:
     """The system with the damping of its key `damping`, and a list of what is damped by it.
 
@@ -363,6 +365,8 @@ def _with_damping(
         The system, with the damping that terms name themselves.
     keys : Document
         The keys of the system file.
+    at : Place
+        The system file, for messages.
     folder : Path
         The folder relative to which a table of damping ratios is named.
     term_damping : TermDamping
@@ -376,7 +380,8 @@ def _with_damping(
     damping = keys.get("damping", {})
     ratios = damping.get("ratios", ())
     if isinstance(ratios, dict):
-        ratios = _ratios_over_frequency(folder / ratios["file"])
+        with (at / "damping" / "ratios" / "file").named():
+            ratios = _ratios_over_frequency(folder / ratios["file"])
     return damped(
         system,
         rayleigh=damping.get("rayleigh", (0.0, 0.0)),

@@ -106,7 +106,8 @@ def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulu
     """
     source = folder / term.keys["modulus"]["file"]
     columns = ("frequency", "storage")
-    frequencies, storage, loss = read_rising(source, columns, NOT_NEGATIVE, optional="loss")
+    with (term.at / "modulus" / "file").named():
+        frequencies, storage, loss = read_rising(source, columns, NOT_NEGATIVE, optional="loss")
     if term.part == "C" and any(loss):
         raise (term.at / "modulus").refuse(
             f"{source.name} has losses; at a term of C none are allowed"
@@ -132,7 +133,8 @@ def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -
         raise here.refuse(f"over {over} is not allowed; the key modulus takes tables over it")
     column = table["column"].strip().lower()
     source = folder / table["file"]
-    points, quantities = read_rising(source, (over.lower(), column))
+    with (here / "file").named():
+        points, quantities = read_rising(source, (over.lower(), column))
     return Tabulated(
         factor=formula,
         parameter=over,

@@ -188,6 +188,11 @@ NO_TERMS = [
     ("mu: 0.4", "mu: 0.4, None: 1.0", "parameters", "'None'", "no keyword"),
     ("mu*Omega**2", "mu*1_0", "K.2.factor", "1_0"),
     ("name: three", "coordinates: {file: m.mtx}", "m.mtx", "node"),
+    ("name: three", "coordinates: {file: nix.csv}", "coordinates.file", "nix.csv"),
+    ("name: three", "damping: {ratios: {file: nix.csv}}", "damping.ratios.file", "nix.csv"),
+    ("factor: mu*Omega**2", "modulus: {file: nix.csv}", "K.2.modulus.file", "nix.csv"),
+    ("factor: mu*Omega**2", "table: {file: nix.csv, column: k}", "K.2.table.file", "nix.csv"),
+    ("mu*Omega**2", "mu/0", "K.2.factor: mu/0"),
     ("name: three", "damping: {ratios: [-1]}", "damping.ratios.1", "-1"),
     ("name: three", "damping: {ratios: []}", "damping.ratios"),
     ("name: three", "damping: {rayleigh: [1]}", "damping.rayleigh"),
@@ -207,6 +212,7 @@ def test_one_sentence_names_file_key_and_value(tmp_path, read, text, nodes, part
     message = str(refused.value)
     assert message.startswith(str(tmp_path))
     assert "\n" not in message
+    assert message.count(".yaml") == 1
     for part in parts:
         assert part in message
 
