@@ -673,6 +673,18 @@ def test_a_matrix_market_number_may_be_written_in_many_ways(read, value):
     assert read("K.mtx", text) == [[float(value)]]
 
 
+def test_the_ones_of_a_pattern_are_an_assumption(tmp_path):
+    head = "%%MatrixMarket matrix coordinate pattern symmetric"
+    (tmp_path / "K.mtx").write_text(f"{head}\n2 2 3\n1 1\n2 1\n2 2\n")
+    (tmp_path / "s.yaml").write_text("M: [[1, 0], [0, 1]]\nK: {file: K.mtx}\n")
+    with pytest.warns(InputWarning, match="K.mtx: the file is a pattern without numbers"):
+        file = read_system(tmp_path / "s.yaml")
+    (assumption,) = file.assumptions
+    assert "each entry is taken as 1" in assumption
+    assert not squeal.eigenvalues(file).certified
+
+
+@pytest.mark.filterwarnings("ignore:.*pattern without numbers")
 @pytest.mark.parametrize("entry", ["real", "integer", "complex", "pattern"])
 @pytest.mark.parametrize("kind", ["general", "symmetric", "skew-symmetric"])
 @pytest.mark.parametrize("form", [np.array, coo_array])

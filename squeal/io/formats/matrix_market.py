@@ -17,6 +17,7 @@ from squeal.io.formats.matrix_file import (
     sum_entries,
 )
 from squeal.io.halves import mirror_half
+from squeal.schema import Place
 
 LONGEST_SHOWN = 40  # characters of a first line that is no banner
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
@@ -83,6 +84,10 @@ def read_matrix_market(path: Path) -> MatrixFile:
         positions = np.array(np.triu_indices(rows, int(skew)))[::-1]
     values = _values(entry_type, numbers)
     matrix, assumptions = sum_entries(path, positions, values, (rows, columns))
+    if entry_type == "pattern":
+        ones = "the file is a pattern without numbers, and each entry is taken as 1"
+        Place(str(path)).warn(ones)
+        assumptions += (f"{path.name}: {ones}",)
     if skew and np.any(matrix.diagonal()):
         raise ValueError("a skew-symmetric file has no diagonal, and this has")
     if not general:
