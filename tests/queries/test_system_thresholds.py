@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -405,3 +406,39 @@ def test_a_factor_is_unseen_if_it_may_leave_the_values_that_it_shows(factor, is_
     least = 0.01 if factor == "1/mu" else 0.0
     values = np.linspace(least, 1.0, 12).tolist()
     assert (unseen_factor(system, values) is not None) == is_unseen
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_intervals_of_a_reduced_undamped_system_hold_thresholds_of_exact_matrices(seed):
+    """Pairs of rows with squares a and a + gap, and coupling c mu, -c mu, coalesce at
+    mu = gap / 2 c; single rows diverge at k / s. Sums and products below are exact in doubles."""
+    rng = np.random.default_rng(seed)
+    exact = []
+    K0 = np.zeros((402, 402))
+    K1 = np.zeros_like(K0)
+    squares = np.round(rng.uniform(4e7, 9e8, len(K0)))  # outside of the band
+    np.fill_diagonal(K0, squares)
+    for k in (0, 2, 4):
+        low = np.round(rng.uniform(9e3, 1e4) * (k + 1))
+        gap, coupling = np.round(rng.uniform([200.0, 500.0], [400.0, 900.0]))
+        K0[k, k] = low
+        K0[k + 1, k + 1] = low + gap
+        K1[k, k + 1] = coupling
+        K1[k + 1, k] = -coupling
+        exact.append(Fraction(gap) / Fraction(2 * coupling))
+    for k in (6, 7):
+        K0[k, k] = np.round(rng.uniform(1e3, 8e3))
+        K1[k, k] = -np.round(K0[k, k] / rng.uniform(0.3, 0.9))
+        exact.append(-Fraction(K0[k, k]) / Fraction(K1[k, k]))
+    left, right = np.eye(len(K0)), np.eye(len(K0))
+    for factor in (left, right):  # half of the rows, or columns, added to the other half
+        first, second = rng.permutation(len(K0)).reshape(2, -1)
+        factor[first, second] = 1.0
+    K = {"1": left @ K0 @ right, "mu": left @ K1 @ right}
+    found = squeal.thresholds(squeal.System(left @ right, K=K), 1.0, band=(0.0, 60.0))
+    assert found.certified
+    crossings = sorted(found.crossings, key=lambda crossing: crossing.mu)
+    for crossing, value in zip(crossings, sorted(exact), strict=True):
+        first, last = map(Fraction, crossing.interval)
+        assert first <= value <= last
+        assert last - first < 1e-6  # |K| is a million times larger than the couplings

@@ -30,7 +30,7 @@ from squeal.linear.continuation import (
 from squeal.linear.eigen import growing
 from squeal.linear.events import Event
 from squeal.linear.functions import matrices_of
-from squeal.linear.matrices import dense, is_regular
+from squeal.linear.matrices import EPS, applied, dense, is_regular
 from squeal.linear.roots import ComplexArray
 from squeal.linear.search import SearchResult, cluster_events, hull, search
 from squeal.linear.system import TermSystem
@@ -58,6 +58,8 @@ if TYPE_CHECKING:  # few systems need the referee
 STEPS = 13  # values at which a reduced system has to be good
 COUNTED_ROWS = 50_000  # larger systems are not counted again between their thresholds
 SAME = 1e-9  # of the range: events no further apart are one cluster
+ROUNDINGS = 2  # of |P|, in units of the machine precision: of entries, their scaling and products
+SINGULAR = 1e3  # times its rounding: a singular value of P that counts as zero
 MARGIN = 1e-6  # of the range: closer to an event the verdicts of both its sides count as right
 
 Roots = Callable[[Parameters], ComplexArray]
@@ -405,7 +407,7 @@ def _located_on_reduction(
     else:  # undamped: coalescences of the reduced system, which are not located on the full one
         searched = search(reduction.system, values[0], values[-1])
         on_reduced = _events_inside([searched], region)
-        events = [replace(event, residual=reduction.worst_residual) for event in on_reduced]
+        events = [_with_rounding(reduction, name, event) for event in on_reduced]
     continuation = BandContinuation(system, values[0], values[-1], reduction.values)
     comparison = _compare(continuation, events, values, selection.words())
     if isinstance(reduction, FirstLook):
@@ -437,6 +439,29 @@ def _located_on_reduction(
         unconfirmed=unconfirmed,
         left_out=comparison.left_out,
         reduction=reduction,
+    )
+
+
+def _with_rounding(reduction: Reduction, name: str, event: Event) -> Event:
+    """An undamped event of a reduced system with the rounding of the full one in its interval.
+
+    With unit vectors x, y for which P x and y^H P vanish a change dP of P moves the parameter p of
+    the event by y^H dP x / (y^H dP/dp x): also where two roots meet, since a change of the root
+    changes y^H P x in second order only. Of several such vectors the steepest count. `name` is
+    that of the parameter.
+    """
+    at = {name: event.value}
+    system = reduction.system
+    root = np.array(1j * event.omega)
+    rounding = ROUNDINGS * EPS * reduction.scaled.at(at).size(root)
+    left, sizes, right = np.linalg.svd(applied(system.at(at), root, np.eye(system.n)))
+    vanishes = sizes <= max(sizes[-1], SINGULAR * rounding)
+    change = applied(system.derivative(name, at), root, right[vanishes].conj().T)
+    slope = np.linalg.norm(left[:, vanishes].conj().T @ change, 2)
+    margin = float(rounding / slope)
+    first, last = event.interval
+    return replace(
+        event, interval=(first - margin, last + margin), residual=reduction.worst_residual
     )
 
 
