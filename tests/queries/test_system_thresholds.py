@@ -439,6 +439,6 @@ def test_intervals_of_a_reduced_undamped_system_hold_thresholds_of_exact_matrice
     assert found.certified
     crossings = sorted(found.crossings, key=lambda crossing: crossing.mu)
     for crossing, value in zip(crossings, sorted(exact), strict=True):
-        first, last = map(Fraction, crossing.interval)
+        first, last = crossing.interval
         assert first <= value <= last
         assert last - first < 1e-6  # |K| is a million times larger than the couplings
