@@ -413,7 +413,7 @@ def test_intervals_of_a_reduced_undamped_system_hold_thresholds_of_exact_matrice
     """Pairs of rows with squares a and a + gap, and coupling c mu, -c mu, coalesce at
     mu = gap / 2 c; single rows diverge at k / s. Sums and products below are exact in doubles."""
     rng = np.random.default_rng(seed)
-    exact = []
+    exact: list[Fraction] = []
     K0 = np.zeros((402, 402))
     K1 = np.zeros_like(K0)
     squares = np.round(rng.uniform(4e7, 9e8, len(K0)))  # outside of the band
@@ -439,6 +439,6 @@ def test_intervals_of_a_reduced_undamped_system_hold_thresholds_of_exact_matrice
     assert found.certified
     crossings = sorted(found.crossings, key=lambda crossing: crossing.mu)
     for crossing, value in zip(crossings, sorted(exact), strict=True):
-        first, last = crossing.interval
-        assert first <= value <= last
-        assert last - first < 1e-6  # |K| is a million times larger than the couplings
+        lower, upper = crossing.interval
+        assert lower <= value <= upper
+        assert upper - lower < 1e-6  # |K| is a million times larger than the couplings
