@@ -9,6 +9,7 @@ import argparse
 from pathlib import Path
 
 from squeal.cli.command import Parser, Reply
+from squeal.cli.options import whole
 from squeal.errors import InputError
 from squeal.examples.files import ABOUT, EXAMPLES, FORMS, Size, write_example
 from squeal.io.writing import aligned_text
@@ -19,7 +20,8 @@ def options(parser: Parser) -> None:
     names = ", ".join(EXAMPLES)
     parser.add_argument("name", nargs="?", metavar="NAME", help=f"{names}; left out: list them")
     words = "of a brake of solids, at least so many degrees of freedom (500)"
-    parser.add_argument("--rows", type=int, metavar="N", default=Size.rows, help=words)
+    rows = whole(500, 1_000_000)
+    parser.add_argument("--rows", metavar="N", read=rows, default=Size.rows, help=words)
     words = "whose program's files a brake of solids has (abaqus)"
     parser.add_argument("--format", choices=FORMS, default=Size.form, help=words)
     words = "a folder (this one); nothing in it is overwritten"

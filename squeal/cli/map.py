@@ -40,9 +40,13 @@ def run(given: argparse.Namespace) -> Reply:
     subject = given.source.subject()
     is_scene = isinstance(subject, Scene)
     curves = given.curves is not None or (is_scene and given.figure is not None)
+    first = _axis(given, "first", is_scene)
+    second = _axis(given, "second", is_scene)
+    if first.name == second.name:
+        raise InputError(f"{as_typed(given, 'second')}: must name another parameter than --first")
     answer = squeal.map(
         subject,
-        (_axis(given, "first", is_scene), _axis(given, "second", is_scene)),
+        (first, second),
         curves=curves,
         quantity=given.quantity,
         band=given.band,

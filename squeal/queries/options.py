@@ -28,8 +28,8 @@ SEED = Whole(0, 2**32 - 1)
 FRICTION = "mu"
 FRICTION_END = 2.0
 """Upper end of a range of the friction coefficient where none is given."""
-MU_MAX = Number(low=0.0, high=1000.0)
-"""The end of a range of the friction coefficient."""
+MU_MAX = Number(low=1e-9, high=1000.0)
+"""The end of a range of the friction coefficient: rounding hides the branch on a shorter one."""
 BEYOND_PRESENT = 2.0  # upper end of a range of another parameter, over its present value
 
 if TYPE_CHECKING:

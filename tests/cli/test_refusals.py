@@ -50,6 +50,10 @@ cite pipe.yaml | pipe.yaml
 cite nested.json | nested.json
 simulate b3.yaml | B3
 simulate b1.yaml --fast | --fast
+critical-friction b1.yaml --mu-max 1e-300 | --mu-max 1e-300: 1e-300 is not allowed
+map b1.yaml --first mu:0:1 --second mu:0:1 | --second mu:0:1: must name another parameter
+map pair.yaml --first gap:0:1 --second gap:0:1 | --second gap:0:1: must name another parameter
+example brake --rows 150 | --rows 150: is not allowed; it must be a whole number from 500
 simulate b1.yaml --csv none/h.csv | none
 sliding b3.yaml --csv e.csv | B3
 eigenvalues b1.yaml --mu 1:0:5 | --mu 1:0:5
