@@ -13,6 +13,8 @@ from squeal.article.claims.motions import LEVELS
 from squeal.article.claims.rules import CALM, hammering_cases, more_loss_in_b1, sliding_lasts
 from squeal.article.claims.settling import decaying, settled
 from squeal.article.equations import Readings
+from squeal.article.studies._scenes import read_cases
+from squeal.errors import InputError
 from squeal.io.scene import read_scene
 from squeal.model.contact import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 from squeal.simulation.run import simulate
@@ -148,6 +150,16 @@ def test_each_model_is_judged_alone_on_the_tilt_of_case_b():
     given = {name.replace("-", "_"): one for name, one in measured.items()}
     assert verdict("B1-b-theta", **given) == NO
     assert verdict("B2-b-theta-line", **given) == "contradicted"
+
+
+def test_a_scene_of_another_model_under_the_name_of_a_case_is_refused(tmp_path):
+    files = [tmp_path / f"{name}.yaml" for name in HISTORY_FIGURES]
+    for file in files:
+        source = "b1-a.yaml" if file.stem == "b2-d" else file.name
+        file.write_text((ROOT / "workflow" / "scenes" / source).read_text())
+    assert set(read_cases(files, "B1")) == set("abcd")
+    with pytest.raises(InputError, match=r"b2-d\.yaml: model: 'B1' is not allowed; it must be B2"):
+        read_cases(files, "B2")
 
 
 def test_time_of_negative_tilt_is_that_of_a_fine_history():

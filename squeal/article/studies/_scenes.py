@@ -7,6 +7,7 @@ from typing import Any
 from squeal.article.cases import CASES, stem
 from squeal.errors import InputError
 from squeal.io.scene import Scene, check_simulation, read_scene
+from squeal.schema import Place
 
 REFERENCE = "reference"
 """Name of the parameter set of the figures; the others are named as their folders."""
@@ -37,9 +38,14 @@ def by_set(files: Sequence[Path]) -> dict[str, list[Path]]:
 
 
 def read_cases(files: Sequence[Path], model: str) -> dict[str, Scene]:
-    """The four scenes of model B1 or B2 by case. Raises InputError if one has no motion."""
+    """The four scenes of model B1 or B2 by case.
+
+    Raises InputError if one has no motion, or is of another model.
+    """
     scenes = read_scenes(files, [stem(model, case) for case in CASES])
-    for scene in scenes.values():
+    for name, scene in scenes.items():
+        if scene.model != model:
+            raise Place(f"{name}.yaml", "model").must_be(scene.model, model)
         check_simulation(scene)
     return dict(zip(CASES, scenes.values(), strict=True))
 
