@@ -425,15 +425,15 @@ def test_intervals_of_a_reduced_undamped_system_hold_thresholds_of_exact_matrice
         K0[k + 1, k + 1] = low + gap
         K1[k, k + 1] = coupling
         K1[k + 1, k] = -coupling
-        exact.append(Fraction(gap) / Fraction(2 * coupling))
+        exact.append(Fraction(float(gap)) / Fraction(float(2 * coupling)))
     for k in (6, 7):
         K0[k, k] = np.round(rng.uniform(1e3, 8e3))
         K1[k, k] = -np.round(K0[k, k] / rng.uniform(0.3, 0.9))
-        exact.append(-Fraction(K0[k, k]) / Fraction(K1[k, k]))
+        exact.append(-Fraction(float(K0[k, k])) / Fraction(float(K1[k, k])))
     left, right = np.eye(len(K0)), np.eye(len(K0))
     for factor in (left, right):  # half of the rows, or columns, added to the other half
-        first, second = rng.permutation(len(K0)).reshape(2, -1)
-        factor[first, second] = 1.0
+        rows, columns = rng.permutation(len(K0)).reshape(2, -1)
+        factor[rows, columns] = 1.0
     K = {"1": left @ K0 @ right, "mu": left @ K1 @ right}
     found = squeal.thresholds(squeal.System(left @ right, K=K), 1.0, band=(0.0, 60.0))
     assert found.certified
