@@ -710,9 +710,14 @@ def _compare(
                 f"what grows beside {at_cluster} does not follow from what crosses there; a "
                 f"growing mode may have entered {band}"
             )
-        # what grew below, or began to grow, and does not above has left the band
-        if least_below + rise - most_above > _left_between(continuation, below, above):
-            unexplained.append(f"growth that begins at or below {at_cluster} ends at no threshold")
+        # what grows just above the cluster and no longer further up has left the band. Just above
+        # it growth may hide in rounding: it is what grows just below, and what crosses
+        before = max(low, cluster[0].value - margin)
+        after = cluster[-1].value + margin
+        if least_below + rise > most_above and after < above:
+            least_before, _ = continuation.at(before).count_bounds
+            if least_before + rise - most_above > _left_between(continuation, after, above):
+                unexplained.append(f"growth at {at_cluster} ends at no threshold")
     left_out: dict[int, str] = {}  # by the number of the interval
     for value in sorted({*computed, *midpoints}):
         k = sum(cluster[0].value < value for cluster in clusters)  # the number of its interval
