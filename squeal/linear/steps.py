@@ -262,7 +262,8 @@ def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) ->
     l = pairs.l
     product = pairs.a * pairs.b
     size = np.abs(product)
-    width = np.abs(pairs.u * np.sqrt(product) / pairs.v**2)  # of the closest approach
+    # half of the closest approach of two that do not coalesce; infinite where neither moves
+    width = np.fmin(np.abs(pairs.u * np.sqrt(product) / pairs.v**2), span)
     width = width + 1e-6 * span  # not zero where both ends are one
     offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # 0.1 to 8 half widths of a close approach
     offsets = np.concatenate([-offsets, [0.0], offsets])[:, None]
@@ -284,9 +285,8 @@ def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) ->
         meets = (meets | ~pairs.conjugate) & reaches_axis
     # d gains x^2 a b by the coupling, and rounding moves d by the product of both roundings: a
     # coupling within it, as of two subsystems that meet by chance, parts no roots
-    farthest = x.max(axis=0)
     rounding = spectrum.rounding[k] * spectrum.rounding[l]
-    couples_beyond_rounding = farthest**2 * size > rounding
+    couples_beyond_rounding = span**2 * size > rounding
     return meets & couples_beyond_rounding
 
 

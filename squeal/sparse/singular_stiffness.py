@@ -5,7 +5,8 @@ so that no spectrum shows it. Signs of det K at the ends of a part of the range 
 of roots that pass in it. That none passes is shown by 1 - K(middle)^-1 K, which contracts.
 
 Free motions X, with K X = 0 at all parameters, hide what else passes zero. With them K is bordered
-by M X: [[K, M X], [(M X)', 0]] is singular where another root is zero.
+by M X: where C X lies in the span of M X, [[K, M X], [(M X)', 0]] is singular where another root is
+zero. Vectors of this root are known up to free motions alone, so that it is told, not located.
 """
 
 from __future__ import annotations
@@ -62,9 +63,12 @@ def singular_stiffness(
     crossings : list of CrossingGuess
         With omega 0, in no order.
     unclear : list of str
-        A sentence for each change of sign that was not located.
+        A sentence for each change of sign that was not located, for each singular K beside free
+        motions, of which no crossing is given, and for free motions beside which none is searched.
     """
     stiffness = _SweptStiffness(scaled, values)
+    if not stiffness.is_bordered_rightly:
+        return [], ["beside so many free motions, or so damped ones, no static loss is looked for"]
     span = values[-1] - values[0]
     edge = 1e-6 * span  # what is cut out on either side of a singular K
     crossings: list[CrossingGuess] = []
@@ -99,8 +103,12 @@ def singular_stiffness(
         elif sign_changes:
             where = f"{stiffness.name} = {a:.6g} and {b:.6g}"
             unclear.append(f"a real root passes zero between {where} and was not located")
-    n = scaled.n  # null vectors vanish in the border
-    return [CrossingGuess(c.value, 0.0, c.right[:n], c.left[:n]) for c in crossings], unclear
+    if stiffness.border.size:
+        for crossing in crossings:
+            where = f"{stiffness.name} = {crossing.value:.6g}"
+            unclear.append(f"a real root passes zero near {where}, beside free motions")
+        return [], unclear
+    return crossings, unclear
 
 
 class _SweptStiffness:
@@ -116,10 +124,11 @@ class _SweptStiffness:
             slopes.add(tuple(term.factor.slope(p, self.name) for term in scaled.system.K))
         # K that is linear in the parameter differs most from that of the middle at the ends
         self._inner_values = values if len(slopes) > 1 else ()
-        self._border = self._inertia_of_free_motions(values)
+        self.border, self.is_bordered_rightly = self._inertia_of_free_motions(values)
 
-    def _inertia_of_free_motions(self, values: Sequence[float]) -> Array:
-        """M X (n, k) of the motions that K holds at no value of the parameter, in size as K."""
+    def _inertia_of_free_motions(self, values: Sequence[float]) -> tuple[Array, bool]:
+        """M X (n, k) of the motions that K holds at no value of the parameter, in size as K; and
+        whether these are all, and C X lies in the span of M X."""
         problems = [self.scaled.at({self.name: value}) for value in values]
         problem = problems[0]
         # inverse iteration just above zero, which leaves free motions and rounding
@@ -130,12 +139,19 @@ class _SweptStiffness:
         forces = np.vstack([at_value.K @ vectors for at_value in problems])
         _, sizes, coordinates = np.linalg.svd(forces, full_matrices=False)
         free = vectors @ coordinates[sizes <= STIFFNESS_ROUNDING * problem.norms[2]].T
-        return problem.frequency_scale**2 * (problem.M @ free)
+        inertia = problem.M @ free
+        directions, _ = np.linalg.qr(inertia)
+        is_right = free.shape[1] < min(MOST_FREE, problem.n)
+        for at_value in problems:
+            damping = at_value.C @ free
+            others = damping - directions @ (directions.T @ damping)
+            is_right &= bool(np.all(np.abs(others) <= STIFFNESS_ROUNDING * problem.norms[1]))
+        return problem.frequency_scale**2 * inertia, is_right
 
     def at(self, value: float) -> csc_array:
         """K at a value of the parameter, bordered."""
         K = self.scaled.at({self.name: value}).K
-        return block_array([[K, self._border], [self._border.T, None]], format="csc")
+        return block_array([[K, self.border], [self.border.T, None]], format="csc")
 
     @staticmethod
     def middle(a: float, b: float) -> float:

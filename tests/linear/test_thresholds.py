@@ -365,3 +365,14 @@ def test_real_roots_leave_zero_beside_motions_and_combinations_that_are_free(
     events = [event for cluster in search(system, 0.1, 3.9).clusters for event in cluster]
     assert [event.direction for event in events] == [1, 1]
     assert [event.value for event in events] == pytest.approx([2 / 1.1, 3 / 1.1], rel=1e-9)
+
+
+def test_a_window_beside_an_end_at_which_no_root_moves_is_found():
+    """Flutter where mu^2 - 2000 mu^3 exceeds the square of half the difference, 3e-4 / 2."""
+
+    def system(mu):
+        return np.eye(2), None, np.array([[3.0, mu], [2000.0 * mu**2 - mu, 3.0 - 3e-4]])
+
+    ends = np.sort(np.roots([2000.0, -1.0, 0.0, 1.5e-4**2]))[1:]
+    found = [one.mu for one in thresholds(system, 1.0).crossings if one.kind == "flutter"]
+    assert found == pytest.approx(ends)

@@ -442,3 +442,16 @@ def test_intervals_of_a_reduced_undamped_system_hold_thresholds_of_exact_matrice
         lower, upper = crossing.interval
         assert lower <= value <= upper
         assert upper - lower < 1e-6  # |K| is a million times larger than the couplings
+
+
+def test_a_root_that_passes_zero_beside_a_free_motion_is_not_certified():
+    """K = [[0, mu], [0, 4 - mu]] beside stiff rows: divergence from 4 on, undamped."""
+    others = np.linspace(1e8, 2e8, 420)
+    K0 = block_diag([np.array([[0.0, 0.0], [0.0, 4.0]]), diags_array(others)], format="csc")
+    K1 = csc_array(([1.0, -1.0], ([0, 1], [1, 1])), shape=K0.shape)
+    system = squeal.System(eye_array(422), None, {"1": K0, "mu": K1})
+    answer = squeal.thresholds(system, 6.0, band=(0.0, 2.0))
+    (crossing,) = answer.crossings
+    assert crossing.interval == pytest.approx((4.0, 4.0))
+    assert not answer.certified
+    assert "beside free motions" in answer.details["doubts"][0]

@@ -107,11 +107,20 @@ def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact, free
     system = TermSystem((Term(M),), (Term(0.01 * M),), (Term(still), *moved), {"p": 0.5}, "p")
     values = [ends[0] + x * (ends[1] - ends[0]) for x in (0.0, 0.26, 0.51, 0.78, 1.0)]
     found, unclear = singular_stiffness(ScaledSystem(system), values)
+    if free:
+        assert not found
+        assert sorted(told(unclear)) == pytest.approx(exact, abs=1e-5)
+        return
     assert sorted(one.value for one in found) == pytest.approx(exact, abs=1e-8)
     assert not unclear
     low, high = ends
     loss = squeal.thresholds(system, low=low, high=high, band=(0.0, 0.01), prove=False)
     assert sorted(c.mu for c in loss.crossings) == pytest.approx(exact, abs=1e-8)
+
+
+def told(sentences):
+    """The values of the parameter at which a real root is said to pass zero beside free motions."""
+    return [float(sentence.split(" = ")[1].split(",")[0]) for sentence in sentences]
 
 
 def test_free_motions_that_friction_pushes_hide_no_static_loss(rng):
@@ -126,8 +135,24 @@ def test_free_motions_that_friction_pushes_hide_no_static_loss(rng):
     scaled = ScaledSystem(affine(M, K0, K1, 0.01 * M))
     for high, exact in ((0.8, []), (2.5, [1, 2])):
         found, unclear = singular_stiffness(scaled, np.linspace(0.0, high, 4).tolist())
-        assert sorted(one.value for one in found) == pytest.approx(exact, rel=1e-8)
-        assert not unclear
+        assert not found
+        assert sorted(told(unclear)) == pytest.approx(exact)
+
+
+@pytest.mark.parametrize(
+    ("M", "C"), [([[1, 1], [1, 2]], [[1, 0], [0, 1]]), ([[1, 0], [0, 1]], [[1, 1], [1, 2]])]
+)
+def test_no_static_loss_is_certified_beside_a_free_motion_that_is_damped_otherwise(M, C):
+    """det P = s (s^3 + ...): of K = [[0, mu], [0, 4]] the first loses stability by flutter at 11/3
+    and keeps its real roots, the second by a real root at 4."""
+    high_frequencies = np.linspace(1e4, 1.4e4, 420)
+    others = np.diag(high_frequencies**2)
+    K0 = block_diag([np.array([[0.0, 0.0], [0.0, 4.0]]), others], format="csc")
+    K1 = csc_array(([1.0], ([0], [1])), shape=K0.shape)
+    M = block_diag([np.array(M), np.eye(420)], format="csc")
+    C = block_diag([np.array(C), 0.02 * np.diag(high_frequencies)], format="csc")
+    system = squeal.System(M, C, {"1": K0, "mu": K1})
+    assert not squeal.thresholds(system, 6.0, band=(0.0, 2.0)).certified
 
 
 def test_a_change_of_sign_that_is_not_located_is_said(monkeypatch):

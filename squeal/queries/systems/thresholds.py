@@ -407,7 +407,7 @@ def _located_on_reduction(
     else:  # undamped: coalescences of the reduced system, which are not located on the full one
         searched = search(reduction.system, values[0], values[-1])
         on_reduced = _events_inside([searched], region)
-        events = [_with_rounding(reduction, name, event) for event in on_reduced]
+        events = [_with_rounding(reduction, name, event, values[0]) for event in on_reduced]
     continuation = BandContinuation(system, values[0], values[-1], reduction.values)
     comparison = _compare(continuation, events, values, selection.words())
     if isinstance(reduction, FirstLook):
@@ -442,18 +442,23 @@ def _located_on_reduction(
     )
 
 
-def _with_rounding(reduction: Reduction, name: str, event: Event) -> Event:
+def _with_rounding(reduction: Reduction, name: str, event: Event, low: float) -> Event:
     """An undamped event of a reduced system with the rounding of the full one in its interval.
 
     With unit vectors x, y for which P x and y^H P vanish a change dP of P moves the parameter p of
     the event by y^H dP x / (y^H dP/dp x): also where two roots meet, since a change of the root
-    changes y^H P x in second order only. Of several such vectors the steepest count. `name` is
-    that of the parameter.
+    changes y^H P x in second order only. Of several such vectors the steepest count. Beside a free
+    motion, for which K x vanishes at all p, a root that passes zero keeps its interval. `name` is
+    that of the parameter, `low` its first value.
     """
     at = {name: event.value}
     system = reduction.system
     root = np.array(1j * event.omega)
     rounding = ROUNDINGS * EPS * reduction.scaled.at(at).size(root)
+    if not event.omega:
+        stiffness = applied(system.at({name: low}), root, np.eye(system.n))
+        if np.linalg.norm(stiffness, -2) <= SINGULAR * rounding:
+            return replace(event, residual=reduction.worst_residual)
     left, sizes, right = np.linalg.svd(applied(system.at(at), root, np.eye(system.n)))
     vanishes = sizes <= max(sizes[-1], SINGULAR * rounding)
     change = applied(system.derivative(name, at), root, right[vanishes].conj().T)
