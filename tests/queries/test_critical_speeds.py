@@ -341,3 +341,14 @@ def test_growth_below_rounding_of_a_root_is_zero():
     speeds = np.linspace(0.0, 0.9, 40).tolist()
     for condition in squeal.conditions(shaft, {"Omega": speeds}).conditions:
         assert {(row.growth_rate, row.damping_ratio) for row in condition.rows} == {(0.0, 0.0)}
+
+
+@pytest.mark.parametrize("highest", [1e4, 1e8, 1e12])
+def test_no_fast_mode_hides_a_critical_speed_of_a_slow_one(highest, recwarn):
+    """Frequencies of 100 and highest^(1/2) rad/s, which hardly change with the speed."""
+    C = {"Omega": [[0.0, 1e-6], [-1e-6, 0.0]]}
+    rotor = squeal.System(np.eye(2), C, np.diag([1e4, highest]), parameter="Omega")
+    speeds = [row["speed"] for row in squeal.critical_speeds(rotor, 100.1, 99.9).to_records()]
+    assert speeds == pytest.approx([100.0] * len(speeds), abs=1e-4)
+    assert len(speeds) == 1 + (highest == 1e4)
+    assert not recwarn
