@@ -384,7 +384,8 @@ def _face_contact(
 POINT_COLUMNS = ("point", "first", "first_weight", "second", "second_weight")
 NORMAL_COLUMNS = ("nx", "ny", "nz")
 PLACE_COLUMNS = ("x", "y", "z")
-WEIGHT_ROUNDING = 1e-3  # of printed weights of a point: by so much their sum may exceed 1
+WEIGHT_ROUNDING = 1e-3  # a weight of nodes that do not move is written above
+MOST_WEIGHT = 1.05  # sum of the weights of a point, which may be printed to two digits
 
 
 def _table_of_pairs(path: Path) -> dict[str, Any]:
@@ -482,7 +483,7 @@ def _nodes_of_points(
         if not weight_of_node:
             raise at.refuse(f"its point has no node in the column {side}")
         total = sum(weight_of_node.values())
-        if abs(total) > 1.0 + WEIGHT_ROUNDING:
+        if abs(total) > MOST_WEIGHT:
             raise at.refuse(f"{head} of its point adds up to {total:g}; -1 to 1 is allowed")
         if "" in weight_of_node:
             weight_of_node[""] = 0.0

@@ -325,6 +325,7 @@ def read_points(folder, *lines, more=""):
         (("1,a,7,c,1,1",), "line 2: first_weight of its point adds up to 7; -1 to 1 is allowed"),
         (("1,a,1,c,.6,1", "1,,,d,.6,"), "second_weight of its point adds up to 1.2"),
         (("1,a,1,c,-7,1",), "adds up to -7"),
+        (("1,a,.6,c,1,1", "1,b,.5,,,"), "first_weight of its point adds up to 1.1"),
         (("1,a,.5,c,1,1", "1,b,.5,,,9"), "line 3.area: 9 is not allowed; the first line has 1"),
         (("1,a,.5,c,1,1", "1,b,.5,,,x"), "line 3.area: 'x' is not allowed"),
     ],
@@ -332,6 +333,13 @@ def read_points(folder, *lines, more=""):
 def test_a_table_of_points_that_says_two_things_is_refused(tmp_path, lines, words):
     with pytest.raises(InputError, match=words):
         read_points(tmp_path, *lines, more=",area")
+
+
+@pytest.mark.parametrize("weights", [(".34", ".34", ".34"), ("-.34", "-.34", "-.34"), (".26",) * 4])
+def test_weights_printed_to_two_digits_may_exceed_one(tmp_path, weights):
+    others = [f"1,{label},{weight},,," for label, weight in zip("bde", weights[1:], strict=False)]
+    arguments = read_points(tmp_path, f"1,a,{weights[0]},c,1,1", *others, more=",area")
+    assert arguments["pairs"].first_weights.tolist() == [[float(weight) for weight in weights]]
 
 
 def test_lines_of_a_point_repeat_its_area_or_leave_it_out(tmp_path):
