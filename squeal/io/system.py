@@ -322,6 +322,11 @@ def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:
             with here.named():
                 read[request] = read_matrix(folder / name, key, symmetric, opened)
         file = read[request]
+        if symmetric and formula_of(term).names and not file.matrix.diagonal().any():
+            here.warn(
+                f"{name} has an empty diagonal, as friction has, and symmetric: true takes each of "
+                "its entries for both (of friction symmetric: false is right)"
+            )
         if term.part in ("M", "K4") and np.iscomplexobj(file.matrix):
             raise here.refuse(
                 f"{name} is complex and not allowed; M and K4 must be real, K and C may be complex"

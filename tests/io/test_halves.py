@@ -107,6 +107,28 @@ def test_a_coupling_in_one_triangle_couples_both_ways(tmp_path):
     assert found == pytest.approx(np.sort(np.sqrt(eigvals([[4, 0.5], [0.5, 5]]).real)), rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("factor", "warned"), [("mu", True), ("2 * mu", True), ("0.4", False), ("2 / 5", False)]
+)
+def test_friction_at_one_node_that_a_parameter_multiplies_is_mirrored_with_a_warning(
+    tmp_path, factor, warned
+):
+    """Flutter at mu = 0.75 of the whole matrix is lost where its entry is mirrored."""
+    (tmp_path / "F.mtx").write_text("1,1,1,2,1.3333333333333333\n")
+    (tmp_path / "K.mtx").write_text("1,1,1,1,2.\n1,1,1,2,-1.\n1,2,1,1,-1.\n1,2,1,2,2.\n")
+    (tmp_path / "M.mtx").write_text("1,1,1,1,1.\n1,2,1,2,1.\n")
+    (tmp_path / "pad.yaml").write_text(
+        "parameters: {mu: 0.3}\nM: {file: M.mtx}\n"
+        f"K: [{{file: K.mtx}}, {{file: F.mtx, symmetric: true, factor: {factor}}}]\n"
+    )
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        squeal.read_system(tmp_path / "pad.yaml")
+    messages = [str(one.message) for one in caught if "symmetric: false" in str(one.message)]
+    assert len(messages) == warned
+    assert all("F.mtx has an empty diagonal" in message for message in messages)
+
+
 def test_a_half_may_hold_numbers_whose_squares_no_double_holds(read):
     text = "1,1,1,1,3.0e200\n2,1,1,1,-1.0e200\n2,1,2,1,3.0e200\n"
     with pytest.warns(InputWarning, match="symmetric: false"):
