@@ -450,10 +450,10 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
         if not lacking or not labels[other]:
             continue
         node, freedom = lacking[0]
-        lacks = f"{other} lacks {rows_in_words(len(lacking))} of {part}"
-        at.warn(
-            f"{lacks}, the first is degree of freedom {freedom} of node {node}; its entries there "
-            "are taken as zero"
+        assumption = (
+            f"{other} lacks {rows_in_words(len(lacking))} of {part}, taken as zero (a zero written "
+            f"on the diagonal of {other} confirms it)"
         )
-        assumptions.append(f"{lacks}, which are taken as zero")
+        at.warn(f"{assumption}; the first is degree of freedom {freedom} of node {node}")
+        assumptions.append(assumption)
     return assumptions

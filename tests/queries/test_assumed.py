@@ -40,7 +40,7 @@ def held(tmp_path):
         (lambda folder: case(folder, CHAIN), "each entry of one half is taken for both"),
         (lambda folder: case(folder, FULL + "1,1,1,1,0.5\n"), "1 entries of one place are summed"),
         (lambda folder: case(folder, M=MASS + "3,1,3,1,1\n"), "K lacks 1 row of M"),
-        (lambda folder: case(folder, M="1,1,1,1,1\n"), "M lacks 1 row of K"),
+        (lambda folder: case(folder, M="1,1,1,1,1\n"), "M lacks 1 row of K, taken as zero (a zero"),
         (lambda folder: case(folder, C=MASS + "3,1,3,1,1\n"), "K lacks 1 row of C"),
         (held, "1 row taken for supports and left out"),
     ],
@@ -57,6 +57,13 @@ def test_nothing_is_certified_after_a_guess(tmp_path, made, reason):
     assert reason in str(located)
     band = 0.01, 1.0
     assert not any(step.certified for step in squeal.sweep(file, [0.0, 0.1], band=band).steps)
+
+
+def test_a_zero_in_the_file_of_m_confirms_a_row_without_mass(tmp_path):
+    """As the message of the row that M lacks says."""
+    file = squeal.read_system(case(tmp_path, M="1,1,1,1,1\n2,1,2,1,0\n"))
+    assert not file.assumptions
+    assert squeal.eigenvalues(file).certified
 
 
 def test_supports_that_were_guessed_in_memory_are_not_certified():
