@@ -127,7 +127,7 @@ class Advice(Answer):
         )
 
     def line(self) -> str:
-        """Where stability is lost, and the change that moves this most, in a line.
+        """Where stability is lost, and the changes that move this up and down most, in a line.
 
         Examples
         --------
@@ -149,7 +149,7 @@ class Advice(Answer):
             change, lever, word = changes[0]
             if change < 0.0:
                 text += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
-        if self.first_order:
+        if self.first_order and changes:
             text += "; to first order in the change (`squeal thresholds --set` computes one)"
         return text
 

@@ -563,7 +563,7 @@ def contact_growth(scene: Scene, a: float) -> float:
     if scene.model == "B2":
         points, weights = np.polynomial.legendre.leggauss(8)
         k = (pad.k_c or 0.0) * weights / 2
-        relaxed_drop = pad.h
+        relaxed_drop = pad.h + (pad.y0 or 0.0)
     else:
         points = np.array([-1.0, 1.0])
         k = np.array([pad.k3, pad.k4])
@@ -571,7 +571,7 @@ def contact_growth(scene: Scene, a: float) -> float:
     # of the points from the mass centre: along the surface, and down
     side = pad.w * cosine * points + pad.h * sine
     drop = pad.h * cosine - pad.w * sine * points
-    p = np.maximum(drop - relaxed_drop - (pad.y0 or 0.0) - y, 0.0)
+    p = np.maximum(drop - relaxed_drop - y, 0.0)
     arm = pad.h if scene.model == "B2" else drop  # of friction, as Eqs. (6) and (10) have it
     ones = np.ones(len(points))
     loads = np.array([pad.mu * ones, ones, side + pad.mu * arm])
