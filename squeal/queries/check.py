@@ -51,10 +51,10 @@ UNITS = {  # of length, mass and stiffness: how many of them are 1 m, 1 kg and 1
 }
 CONSISTENT = list(UNITS)[:2]
 MESH = 30  # nodes from which on a speed from one to the next is that of waves
-LARGEST = 20.0  # m
+LARGEST = 50.0  # m, as of a rail
 LIGHTEST = 0.02  # kg/m^3 of the box around a frame or shell
 HEAVIEST = 2.3e4  # of solid metal
-METAL = 1300.0  # more than those of rubber and wood
+METAL = 1300.0  # more than those of rubber and wood; the box around a brake has hardly more
 METAL_SPEED = 300.0  # m/s: waves in what is so dense are faster
 SLOWEST = 10.0  # m/s: waves in soft rubber, or size times lowest frequency of a pad on springs
 FASTEST = 5e4  # waves; of a metal they are up to 10,000
@@ -216,9 +216,9 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         mass, centre = file.coordinates.mass_and_centre(M)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
         if len(file.coordinates.places) >= MESH:
-            volume = math.prod(size) or max(size) ** 3  # of a plane a length is missing
+            density = mass / (math.prod(size) or math.nan)  # a plane may be of any thickness
             speed = _mesh_speed(file.coordinates, M, K)
-            hints += _hints_of_units(max(size), mass / volume, speed, FASTEST)
+            hints += _hints_of_units(max(size), density, speed, FASTEST)
     if pad is not None:
         mass = pad.m
         centre = (pad.x0, pad.y0, 0.0)
@@ -484,7 +484,8 @@ def _hints_of_units(size: float, density: float, speed: float, fastest: float) -
     together.
 
     The first units are taken in which size, density and speed are those of a part. Limits are wide,
-    so that no sound model is blamed. All arguments are in the units of the system but `fastest`.
+    so that no sound model is blamed; a density of NaN is not judged. All arguments are in the units
+    of the system but `fastest`.
     """
     for name, (metre, kilogram, newton_per_metre) in UNITS.items():
         factor = math.sqrt(newton_per_metre / kilogram)  # of frequencies
@@ -492,11 +493,11 @@ def _hints_of_units(size: float, density: float, speed: float, fastest: float) -
         slowest = METAL_SPEED if true_density > METAL else SLOWEST
         if (
             size / metre < LARGEST
-            and LIGHTEST < true_density < HEAVIEST
+            and not (true_density < LIGHTEST or true_density > HEAVIEST)
             and slowest < speed / metre / factor < fastest
         ):
             if name in CONSISTENT:
                 return []
-            effect = f"frequencies are {factor:.3g} times the true ones"
+            effect = f"frequencies are {factor:.3g} times the true ones, unless all is soft lining"
             return [f"looks like {name}: {effect}; {' or '.join(CONSISTENT)} go together"]
     return []

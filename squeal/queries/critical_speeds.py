@@ -37,7 +37,7 @@ FEW_STEPS = 100  # where each costs much, as of more than `FEW_ROWS`
 SAMPLES = 9  # speeds at which a reduced system is exact
 WELL_DAMPED = 0.2  # damping ratio above which a peak needs no margin
 TINY = 1e-12  # damping ratio of an undamped mode, so that 1 / (2 zeta) is finite
-SAME = 1e-9  # of the range, or of a rank's highest frequency: speeds or frequencies that rounding parts
+SAME = 1e-9  # of the range or of a highest frequency: speeds or frequencies that rounding parts
 
 
 @dataclass(frozen=True)

@@ -141,6 +141,38 @@ def test_no_sound_part_is_blamed_for_its_units(part, material):
         assert squeal.check(in_mm, modes=1).hints == ()
 
 
+@pytest.mark.parametrize(
+    ("length", "area", "modulus"),
+    [
+        (30.0, 7.7e-3, 2.1e11),  # a rail
+        (0.33, 4.9e-8, 2.1e11),  # a string of a violin
+        (1.0, 7.9e-7, 2.1e11),  # a wire
+        (0.02, 1.0, 1.0e6),  # rubber a metre thick
+    ],
+)
+@pytest.mark.parametrize("across", [0.0, 0.01])
+def test_no_line_or_plane_is_blamed_for_a_density_that_it_has_not(length, area, modulus, across):
+    """Bars of a density of 7850 kg/m^3, or of a rubber of 1100, one or two beside each other."""
+    nodes = 40
+    step = length / (nodes - 1)
+    density = 1100.0 if modulus < 1e9 else 7850.0
+    masses = np.full(nodes, density * area * step)
+    stiffness = modulus * area / step * chain(np.ones(nodes - 1))
+    places = np.zeros((2 * nodes, 3))
+    places[:, 0] = np.tile(step * np.arange(nodes), 2)
+    places[nodes:, 1] = across
+    terms = Term(np.diag(np.tile(masses, 2))), Term(np.kron(np.eye(2), stiffness))
+    system = TermSystem((terms[0],), (), (terms[1],), {})
+    directions = np.zeros(2 * nodes, dtype=int)
+    if across:
+        at = Coordinates(np.arange(2 * nodes), directions, places)
+    else:  # both bars on the nodes of one, in two directions
+        directions[nodes:] = 1
+        at = Coordinates(np.tile(np.arange(nodes), 2), directions, places[:nodes])
+    hints = squeal.check(SystemFile(system, coordinates=at), modes=1).hints
+    assert not any("looks like" in hint for hint in hints)
+
+
 def test_what_cannot_be_checked_is_refused(brake):
     wrong: list = [(brake.system, 0), ("s.yaml", 1)]
     for subject, modes in wrong:
