@@ -46,8 +46,8 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
 
     This comes on top of half a unit in the last place of each entry, which the callers allow for
     anyway, and is zero where nothing else was rounded. Terms that cancel leave a rounding of the
-    size of the terms: it is computed exactly, from the errors of products and sums of doubles
-    (Dekker, Numer. Math. 18, 1971). Where a term is complex it is a bound for all of them.
+    size of the terms: it is bounded by the sizes of the exact errors of all products and sums of
+    doubles (Dekker, Numer. Math. 18, 1971). Where a term is complex it is a bound for all of them.
     """
     parameters = system.parameters
     errors = []

@@ -69,6 +69,7 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     shares = share_of_largest(errors.reshape(-1, 9).T, np.abs(A).reshape(-1, 9).T)
     may_change = np.zeros(len(A), bool)
     may_change[~damped] = _errors_may_change_undamped(A[~damped], errors[~damped])
+    # marginal: whether a root grows is open. Not seen is whether one pair that grows is real
     may_change[damped] = damped_verdicts(A[damped], B[damped], shares[damped]) == MARGINAL
     # a pair and a real root may grow equally fast, unless their rates differ by more than errors
     # move a triple root of the scaled matrix. An undamped pair and root grow only with a negative

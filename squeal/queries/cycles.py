@@ -52,7 +52,7 @@ class Orbit:
     peak : float
         Greatest sum of the contact forces over F_n, of both edges in B1; 0 without contact.
     contacts : tuple of str
-        Contact states in the order in which they are passed.
+        The contact state after each change of contact, in order; empty where contact never changes.
     multipliers : tuple of 5 complex
         Floquet multipliers, the largest first, without that of a shift in time, which is 1.
     stable : bool or None

@@ -227,7 +227,8 @@ class Findings(Answer):
         changes = [best]
         if latest.limit > BETTER * best.limit:
             changes.append(latest)
-        # a small change stands before separation and damping, a large one behind them
+        # small changes stand before separation and damping, large ones behind them; the best one is
+        # large only if no small one stops all, so that both are alike
         size = -1.0 if best.is_small else MOST
         for remedy in changes:
             sentence = remedy.sentence(self._meaning(remedy.change.parameter))
