@@ -87,6 +87,7 @@ class System:
     The same from terms:
 
     >>> import numpy as np
+    >>> from squeal.numerics.differentiation import Formula
     >>> friction = Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("4/3 * mu"))
     >>> K = np.array([[2.0, -1.0], [-1.0, 2.0]])
     >>> system = System((Term(np.eye(2)),), (), (Term(K), friction))

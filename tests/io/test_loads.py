@@ -120,6 +120,7 @@ def assembly(folder, load):
     return path
 
 
+@pytest.mark.filterwarnings("ignore:.*no matrix depends on pressure")  # in a deck without a factor
 @pytest.mark.parametrize(
     ("load", "deck"),
     [
@@ -175,6 +176,7 @@ def test_a_load_that_is_not_read_is_refused_in_a_sentence(cube, cards, words):
         squeal.read_system(assembly(cube, "{file: load.inp}"))
 
 
+@pytest.mark.filterwarnings("ignore:.*no matrix depends on pressure")
 def test_a_load_may_hold_nodes_where_they_are(cube):
     cards = ["*STEP", "*BOUNDARY", "1,1,3", "2,1,3,0.", "*CLOAD", "7,3,1.", "*END STEP"]
     (cube / "load.inp").write_text("\n".join(cards))

@@ -16,8 +16,11 @@ import runpy
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from squeal.article.contents import RESULTS, STUDIES
 from squeal.article.report.printed import differences
@@ -66,11 +69,15 @@ def otherwise() -> None:
     import heyoka as hy
 
     from squeal.article.identify import batch
+    from squeal.simulation.taylor import Machine
 
-    for name in ("taylor_adaptive", "taylor_adaptive_batch"):
-        make = getattr(hy, name)
-        setattr(hy, name, lambda *a, _make=make, **how: _make(*a, **how | {"opt_level": 0}))
+    def plain(*arguments: Any, make: Callable[..., Any], **settings: Any) -> Any:
+        return make(*arguments, **settings | {"opt_level": 0})
+
+    Machine.adaptive = staticmethod(partial(plain, make=hy.taylor_adaptive))
+    batch.BatchMachine.adaptive = staticmethod(partial(plain, make=hy.taylor_adaptive_batch))
     batch.LANES //= 2
+    batch.BatchMachine.motions = (batch.LANES,)
 
 
 def changed(text: str) -> str:
