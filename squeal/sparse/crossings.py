@@ -150,6 +150,7 @@ class _Match(NamedTuple):
     before: Indices
     after: Indices
     misses: Array  # distance of the later root from where the slopes of both predict it, rad/s
+    growth_misses: Array  # its part across the imaginary axis, 1/s
 
 
 def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
@@ -158,9 +159,10 @@ def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
 
     span = after.value - before.value
     predicted = span / 2 * np.add.outer(before.slopes, after.slopes)
-    misses = np.abs(np.subtract.outer(after.z, before.z).T - predicted)
-    rows, columns = linear_sum_assignment(misses)
-    return _Match(rows, columns, misses[rows, columns])
+    deviations = np.subtract.outer(after.z, before.z).T - predicted
+    rows, columns = linear_sum_assignment(np.abs(deviations))
+    matched = deviations[rows, columns]
+    return _Match(rows, columns, np.abs(matched), np.abs(matched.real))
 
 
 class CrossingSearch:
@@ -249,6 +251,10 @@ class CrossingSearch:
         slack = np.minimum(off_axis / 2, MISSED * np.abs(start)) + LEAST_MISSED * np.abs(start)
         allowed = np.maximum(MISSED_SHARE * path_lengths, slack)
         if np.any(match.misses > allowed):
+            return middle
+        # that path mostly runs along the axis: across it the slopes have to predict a root better,
+        # since between the ends of a step it may rise by several times what they miss
+        if np.any(match.growth_misses > off_axis / 16 + LEAST_MISSED * np.abs(start)):
             return middle
         unmatched_before = np.delete(np.arange(len(before.z)), match.before)
         unmatched_after = np.delete(np.arange(len(after.z)), match.after)

@@ -241,6 +241,36 @@ def test_both_ends_of_a_window_of_unequally_damped_modes_are_found(middle, half,
     assert answer.certified
 
 
+@pytest.mark.parametrize(
+    ("middle", "coupling", "ratios", "share"),
+    [
+        (0.43, 0.02265516, (5e-4, 5e-2), 0.45),
+        (0.34780611957, 0.01453353, (1.0424491e-4, 0.0670165065), 0.55713481),
+        (0.4502773220253142, 0.02723272, (6.161627083244698e-4, 0.06369452031257139), 0.58586374),
+    ],
+)
+def test_a_window_beside_the_closest_approach_is_found(middle, coupling, ratios, share):
+    """As before with e = coupling w^2 mu: near tangency unequal damping moves the window away from
+    where the frequencies meet."""
+    w = 2 * np.pi * 450
+    slope = share * w**2
+    e = coupling * w**2
+    c1, c2 = (2 * w * ratio for ratio in ratios)
+    c = c1 * c2
+    s = c1 + c2
+    d = np.poly1d([slope, -slope * middle])
+    ends = np.sort(
+        (4 * c * d * d + s * (c2 - c1) * c * d + s**2 * np.poly1d([-(e**2), 0, w**2 * c])).r
+    )
+    change = np.array([[slope, e], [-e, -slope]])
+    block = np.diag([w**2 - slope * middle, w**2 + slope * middle])
+    others = 2 * np.pi * np.geomspace(945.0, 5000.0, 30)
+    system = system_with(block, change, [c1, c2], others)
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(270.0, 675.0))
+    assert [crossing.direction for crossing in answer.crossings] == ["up", "down"]
+    assert [crossing.mu for crossing in answer.crossings] == pytest.approx(ends, rel=1e-6)
+
+
 def test_one_mode_that_left_the_band_explains_no_end_of_growth_of_another():
     """A real root grows out of the band; a window after it, whose end is hard to locate."""
     half = 1e-3
