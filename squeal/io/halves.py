@@ -12,7 +12,7 @@ from scipy.sparse import csc_array, diags_array
 
 from squeal.errors import InputError
 from squeal.io.formats.matrix_file import Labels, MatrixFile, has_internal_nodes
-from squeal.linear.matrices import Matrix
+from squeal.linear.matrices import EPS, Matrix
 from squeal.schema import Place
 
 FREE_MOTION = 1e-8  # of the diagonal: pivots below are those of a free body
@@ -73,13 +73,15 @@ def sides_of(matrix: Matrix, labels: Labels | None = None) -> Sides:
     is_internal = nodes < 0
     is_exempt = is_internal[rows] | is_internal[columns]
     with np.errstate(over="ignore"):  # two infinite squares fit
-        fits = is_exempt | (entries.data.real**2 <= diagonal[rows] * diagonal[columns])
+        fits = is_exempt | (
+            entries.data.real**2 <= (1.0 + 8.0 * EPS) * diagonal[rows] * diagonal[columns]
+        )
     has_no_negative_diagonal = np.all(diagonal[~is_internal] >= 0.0)
     is_empty = stored.diagonal() == 0.0
     is_unsupported = ~is_exempt & (is_empty[rows] | is_empty[columns])
     is_upper = rows[is_unsupported] < columns[is_unsupported]
     in_both_triangles = is_upper.any() and not is_upper.all()
-    lack_diagonals = is_unsupported.all() and not is_empty.all()
+    lack_diagonals = entries.nnz and is_unsupported.all() and not is_empty.all()
     return Sides(
         paired=stored.nnz - is_entry.diagonal().sum() - is_one_sided.nnz,
         one_sided=entries.nnz,

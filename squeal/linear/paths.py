@@ -307,7 +307,7 @@ def mode_numbers_at(spectrum: SpectrumAtParameter, ids: Indices, values: Complex
     distances = np.abs(spectrum.z - z[:, None])
     nearest = distances.argmin(axis=1)
     for half_plane in (values.imag > 0.0, values.imag < 0.0):
-        if half_plane.any():  # two close eigenvalues above, or below, the real axis get two modes
+        if half_plane.any():  # two close ones above, or below, the real axis get two modes
             nearest[half_plane] = assigned(distances[half_plane])
     allowed = np.maximum(ROOT_TOLERANCE * np.abs(z), 4 * spectrum.rounding[nearest])
     ids = np.append(ids, 0)  # for those left over, whose index is -1

@@ -239,8 +239,8 @@ class CrossingSearch:
         """The value of the parameter at which a step has to be divided, None if it need not be.
 
         It is divided in the middle where the slopes miss a matched root, or where a root without a
-        partner may not simply have left or entered the region; and at the value where two roots are
-        predicted to meet.
+        partner may not simply have left or entered the region; where a root comes closest to the
+        axis between the ends; and at the value where two roots are predicted to meet.
         """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
@@ -256,6 +256,9 @@ class CrossingSearch:
         # since between the ends of a step it may rise by several times what they miss
         if np.any(match.growth_misses > off_axis / 16 + LEAST_MISSED * np.abs(start)):
             return middle
+        dip = _dip_towards_axis(before, after, match)
+        if dip is not None:
+            return dip
         unmatched_before = np.delete(np.arange(len(before.z)), match.before)
         unmatched_after = np.delete(np.arange(len(after.z)), match.after)
         if self._exit_is_doubtful(before, unmatched_before, span):
@@ -341,6 +344,36 @@ class CrossingSearch:
             right=spectrum.right[:, k] / self.scaled.scale,
             left=spectrum.left[:, k] / self.scaled.scale,
         )
+
+
+def _dip_towards_axis(
+    before: SpectrumAtParameter, after: SpectrumAtParameter, match: _Match
+) -> float | None:
+    """The value of the parameter at which a matched root may cross the axis and return in a step.
+
+    The Hermite cubic through Re z and its slopes shows how much closer to the axis a root comes
+    than at both ends, on one side of it. If it comes closer by more than is left of its distance,
+    the cubic does not tell that it stays on its side. None if no root does.
+    """
+    span = after.value - before.value
+    start = before.z[match.before]
+    cubic = hermite_cubic(
+        start.real,
+        span * before.slopes[match.before].real,
+        after.z[match.after].real,
+        span * after.slopes[match.after].real,
+    )
+    shares = np.linspace(0.0, 1.0, 17)
+    side = np.sign(start.real)
+    distances = side * np.polynomial.polynomial.polyval(shares, cubic).T  # (17, roots)
+    ends = np.minimum(distances[0], distances[-1])
+    closer = ends - distances.min(axis=0)
+    rounding = LEAST_MISSED * np.abs(start)
+    may_cross = (ends > 0.0) & (closer > rounding) & (closer > distances.min(axis=0))
+    if not may_cross.any():
+        return None
+    root = np.flatnonzero(may_cross)[0]
+    return float(before.value + shares[distances[:, root].argmin()] * span)
 
 
 def _explain(crossings: Sequence[AxisCrossing], start: complex, end: complex) -> bool:

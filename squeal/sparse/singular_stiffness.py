@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -103,6 +104,8 @@ def singular_stiffness(
         elif sign_changes:
             where = f"{stiffness.name} = {a:.6g} and {b:.6g}"
             unclear.append(f"a real root passes zero between {where} and was not located")
+    if stiffness.is_singular_everywhere:
+        unclear.append("K is singular at all values, so that no static loss is looked for")
     if stiffness.border.size:
         for crossing in crossings:
             where = f"{stiffness.name} = {crossing.value:.6g}"
@@ -131,27 +134,37 @@ class _SweptStiffness:
         whether these are all, and C X lies in the span of M X."""
         problems = [self.scaled.at({self.name: value}) for value in values]
         problem = problems[0]
-        # inverse iteration just above zero, which leaves free motions and rounding
-        _, factor = factorise_at(problem, complex(NEAR_ZERO * problem.frequency_scale))
+        damping_size = max(at_value.norms[1] for at_value in problems)
+        stiffness_size = max(at_value.norms[2] for at_value in problems)
+        # inverse iteration on K + s^2 M, s just above zero (C would mix in other motions), which
+        # leaves free motions and rounding
+        undamped = replace(problem, C=0.0 * problem.C)
+        _, factor = factorise_at(undamped, complex(NEAR_ZERO * problem.frequency_scale))
         vectors = np.random.default_rng(2).standard_normal((problem.n, MOST_FREE))
         for _ in range(2):
             vectors, _ = np.linalg.qr(factor.solve(problem.M @ vectors))
         forces = np.vstack([at_value.K @ vectors for at_value in problems])
         _, sizes, coordinates = np.linalg.svd(forces, full_matrices=False)
-        free = vectors @ coordinates[sizes <= STIFFNESS_ROUNDING * problem.norms[2]].T
+        free = vectors @ coordinates[sizes <= STIFFNESS_ROUNDING * stiffness_size].T
         inertia = problem.M @ free
         directions, _ = np.linalg.qr(inertia)
         is_right = free.shape[1] < min(MOST_FREE, problem.n)
         for at_value in problems:
             damping = at_value.C @ free
             others = damping - directions @ (directions.T @ damping)
-            is_right &= bool(np.all(np.abs(others) <= STIFFNESS_ROUNDING * problem.norms[1]))
+            is_right &= bool(np.all(np.abs(others) <= STIFFNESS_ROUNDING * damping_size))
         return problem.frequency_scale**2 * inertia, is_right
 
     def at(self, value: float) -> csc_array:
         """K at a value of the parameter, bordered."""
         K = self.scaled.at({self.name: value}).K
         return block_array([[K, self.border], [self.border.T, None]], format="csc")
+
+    @property
+    def is_singular_everywhere(self) -> bool:
+        """Whether K was regular nowhere: a free motion changes with the parameter."""
+        signs = list(self._signs.values())
+        return bool(signs) and not any(signs)
 
     @staticmethod
     def middle(a: float, b: float) -> float:

@@ -300,3 +300,64 @@ def test_a_step_beyond_a_table_ends_the_search_for_a_crossing_that_is_none(chang
     scaled = ScaledSystem(squeal.read_system(path).system)
     with pytest.raises(ComputationError, match="no crossing"):
         axis_crossing(scaled, "mu", CrossingGuess(0.5, 1.0, unit, unit))
+
+
+def test_a_mode_that_rises_over_the_axis_between_two_decaying_values_is_found():
+    """Two modes coupled in K and C; the thresholds are from eigenvalues of 40 digits."""
+    block = [[125130180.95296195, 79359.56265270051], [-476524.6810242374, 130185440.26346163]]
+    others = np.linspace(3.2e4, 7e4, 399)
+    K0 = block_diag([np.array(block), np.diag(others**2)], format="csc")
+    K1 = csc_array(([8642290.6220732], ([0], [0])), shape=K0.shape)
+    damping = np.r_[19.076059421011003, 27.026718815065976, 2e-3 * others]
+    gyroscopic = 66.86039977934944
+    C1 = csc_array(([-gyroscopic, gyroscopic], ([0, 1], [1, 0])), shape=K0.shape)
+    C = {"1": csc_array(np.diag(damping)), "mu": C1}
+    system = squeal.System(csc_array(np.eye(401)), C, {"1": K0, "mu": K1})
+    for high in (0.999, 1.0, 1.2):
+        answer = squeal.thresholds(system, high, 0.0, band=(890.166348, 2848.532315))
+        found = [crossing.mu for crossing in answer.crossings]
+        assert found == pytest.approx([0.5669851941, 0.5702320797], rel=1e-8)
+        assert answer.certified
+
+
+@pytest.mark.parametrize("share", [1.0 - 1e-13, 1.0, 1.0 + 1e-13])
+def test_growth_that_may_be_rounding_is_not_certified(share):
+    """Two unequally damped modes that just touch the axis, see above: the zeros d coincide."""
+    w = 4300.0
+    slope = 2e5
+    c1, c2 = 0.27, 1.36e-4
+    c = c1 * c2
+    e = share * np.sqrt(c * (w**2 - (c2 - c1) ** 2 / 16))
+    block = [[w**2 - 0.21 * slope, e], [-e, w**2 + 0.21 * slope]]
+    system = system_with(block, np.diag([slope, -slope]), (c1, c2), [3900.0, 4550.0])
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(600.0, 800.0))
+    assert not (answer.crossings and answer.certified)
+
+
+def test_a_free_motion_that_turns_with_the_parameter_certifies_no_list():
+    """K = 1e4 [[p^2, -p], [-p, 1]] has the null vector (1, p); the third row diverges for a
+    while around 0.5."""
+    n = 408
+    others = np.linspace(400.0, 4000.0, n - 3) ** 2
+    turning = csc_array((np.array([-1e4, -1e4, 0.0]), ([0, 1, 2], [1, 0, 2])), shape=(n, n))
+    fixed = csc_array(np.diag(np.r_[0.0, 1e4, 0.0, others]))
+    first = csc_array(([1e4], ([0], [0])), shape=(n, n))
+    third = csc_array(([1e6], ([2], [2])), shape=(n, n))
+    K = {"1": fixed, "p": turning, "p**2": first, "(p - 0.5)**2 - 1e-7": third}
+    system = squeal.System(csc_array(np.eye(n)), None, K, parameter="p", parameters={"p": 0.0})
+    assert not squeal.thresholds(system, 1.0, 0.0, band=(0.0, 50.0)).certified
+
+
+def test_a_growing_mode_that_leaves_the_band_is_told_beside_another_that_grows():
+    """w = 100 with c = 2 - 10 p, and w^2 = 150^2 + p (250^2 - 150^2) with c = 3 - 10 p, which is
+    beyond the end of the band, 200 1/s, from p = 0.4375 on."""
+    n = 407
+    others = np.linspace(2000.0, 4000.0, n - 2)
+    K0 = csc_array(np.diag(np.r_[100.0**2, 150.0**2, others**2]))
+    K1 = csc_array(([250.0**2 - 150.0**2], ([1], [1])), shape=(n, n))
+    C0 = csc_array(np.diag(np.r_[2.0, 3.0, 1e-3 * others]))
+    C1 = csc_array(([-10.0, -10.0], ([0, 1], [0, 1])), shape=(n, n))
+    system = squeal.System(csc_array(np.eye(n)), {"1": C0, "mu": C1}, {"1": K0, "mu": K1})
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(5.0, 200.0 / (2 * np.pi)))
+    assert [one.mu for one in answer.crossings] == pytest.approx([0.2, 0.3])
+    assert "fewer modes are found to grow" in answer.details["left_out"][0]

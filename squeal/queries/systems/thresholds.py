@@ -8,6 +8,7 @@ Either way the located events are compared with what grows at values between the
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -447,9 +448,9 @@ def _with_rounding(reduction: Reduction, name: str, event: Event, low: float) ->
 
     With unit vectors x, y for which P x and y^H P vanish a change dP of P moves the parameter p of
     the event by y^H dP x / (y^H dP/dp x): also where two roots meet, since a change of the root
-    changes y^H P x in second order only. Of several such vectors the steepest count. Beside a free
-    motion, for which K x vanishes at all p, a root that passes zero keeps its interval. `name` is
-    that of the parameter, `low` its first value.
+    changes y^H P x in second order only. Of several such vectors the steepest count. Where K x
+    vanishes at `low` already, as of a free motion, a root that passes zero keeps its interval.
+    `name` is that of the parameter, `low` its first value.
     """
     at = {name: event.value}
     system = reduction.system
@@ -491,10 +492,17 @@ def _disagreeing_counts(
 
 
 def _without_vague_certificate(located: _Located, parameter: str, extent: float) -> _Located:
-    """Withdraw the certificate if the interval of a crossing is so wide that it may hold several.
+    """Withdraw the certificate if the interval of a crossing is so wide that it may hold several,
+    or meets that of another one in which the same growth ends: there may be neither.
 
     extent: of the range of the parameter.
     """
+    for one, other in itertools.pairwise(located.crossings):
+        is_same_mode = math.isclose(one.frequency_hz, other.frequency_hz, rel_tol=MARGIN)
+        is_touch = one.direction != other.direction and one.interval[1] >= other.interval[0]
+        if located.certified and is_same_mode and is_touch:
+            doubt = f"growth that begins and ends at {parameter} = {one.mu:.9g} may be rounding"
+            return replace(located, certified=False, doubts=[*located.doubts, doubt])
     vague = vague_interval((crossing.interval for crossing in located.crossings), extent)
     if not located.certified or vague is None:
         return located
@@ -735,7 +743,7 @@ def _compare(
         if count.growing_roots > typical_count.growing_roots:
             what = count.verdict if is_other_verdict else f"{count.verdict} of one more mode"
             unexplained.append(f"{what} at {here} follows from no threshold that was located")
-        elif is_fewer and is_other_verdict:
+        elif is_fewer:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
             missing = typical_count.growing_roots - most_growing
             has_left = missing <= _left_between(continuation, typical[k], value)
