@@ -496,7 +496,7 @@ def _hints_of_units(size: float, density: float, speed: float, fastest: float) -
             and not (true_density < LIGHTEST or true_density > HEAVIEST)
             and slowest < speed / metre / factor < fastest
         ):
-            if factor == 1.0:
+            if name in CONSISTENT:
                 return []
             effect = f"frequencies are {factor:.3g} times the true ones, unless all is soft lining"
             return [f"looks like {name}: {effect}; {' or '.join(CONSISTENT)} go together"]
