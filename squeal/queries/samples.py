@@ -65,7 +65,7 @@ class ReducedThresholdSamples:
             reduction = self.reduction.replaced(values)
             full_system = reduction.scaled.system
             search = system_thresholds(
-                full_system, self.high, selection=self.selection, served=reduction
+                full_system, self.high, selection=self.selection, shared_reduction=reduction
             )
             outcome = first_loss(search.answer, self.high)
             mu = self.high  # without a threshold the whole range was searched

@@ -2,14 +2,15 @@
 
 Small systems: all roots are followed by continuation. Large ones: the roots of a reduced system are
 followed, and their crossings of the imaginary axis located on the full one by Newton's method.
-Either way the located events are compared with what grows at values between them.
+Either way the located events are compared with what grows at values between them, see
+`squeal.queries.systems.band_comparison`.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -21,13 +22,7 @@ from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.bends import unseen_factor
-from squeal.linear.continuation import (
-    SMALL_ROWS,
-    Continuation,
-    ProblemClass,
-    SpectrumAtParameter,
-    problem_class_of,
-)
+from squeal.linear.continuation import DAMPED, SMALL_ROWS, problem_class_of
 from squeal.linear.eigen import growing
 from squeal.linear.events import Event
 from squeal.linear.functions import matrices_of
@@ -39,6 +34,7 @@ from squeal.linear.thresholds import points_and_crossings
 from squeal.numerics.differentiation import Parameters
 from squeal.queries.ranges import IS_VAGUE, vague_interval
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
+from squeal.queries.systems.band_comparison import BandContinuation, Roots, compare
 from squeal.queries.systems.reduced import basis_of, first_look_for_thresholds, reduced_for
 from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.columns import basis_text
@@ -58,17 +54,13 @@ if TYPE_CHECKING:  # few systems need the referee
 
 STEPS = 13  # values at which a reduced system has to be good
 COUNTED_ROWS = 50_000  # larger systems are not counted again between their thresholds
-SAME = 1e-9  # of the range: events no further apart are one cluster
 ROUNDINGS = 2  # of |P|, in units of the machine precision: of entries, their scaling and products
 SINGULAR = 1e3  # times its rounding: a singular value of P that counts as zero
-MARGIN = 1e-6  # of the range: closer to an event the verdicts of both its sides count as right
-
-Roots = Callable[[Parameters], ComplexArray]
-"""The selected roots (m,) of a system with some parameters changed."""
+SAME_MODE = 1e-6  # of a frequency: crossings so near in frequency may be of one mode
 
 
 @dataclass(frozen=True, eq=False)
-class _Located:
+class _LocatedThresholds:
     """Thresholds and crossings in the range, and what speaks against the list.
 
     Attributes
@@ -113,7 +105,7 @@ def system_thresholds(
     low: float | None = None,
     selection: EigenvalueSelection | None = None,
     workers: int = 1,
-    served: Reduction | None = None,
+    shared_reduction: Reduction | None = None,
     step_ends: Sequence[float] = (),
     exact_range: ExactRange | None = None,
 ) -> SystemThresholds:
@@ -135,7 +127,7 @@ def system_thresholds(
         The band or region whose roots are judged; all roots if left out.
     workers : int
         Processes that count roots.
-    served : Reduction, optional
+    shared_reduction : Reduction, optional
         A reduced system that was made for several systems, this system among them. Nothing is
         counted then.
     step_ends : sequence of float
@@ -175,14 +167,13 @@ def system_thresholds(
         located = _located_among_all(system, selection, low, high, step_ends, roots)
     else:
         values = _values_of_reduction(low, high, step_ends)
-        located = _located_in_band(system, selection, values, workers, served)
+        located = _located_in_band(system, selection, values, workers, shared_reduction)
         assert located.reduction is not None
         roots = located.reduction.values
     located = _without_vague_certificate(located, system.parameter, high - low)
     at_start = roots({system.parameter: low})
-    basis = basis_of(located.reduction, selection)
     doubts: list[str] = []
-    if located.certified is not None:
+    if located.certified is not None:  # else nothing was counted, which needs no reason
         doubts = [*located.doubts, *located.unconfirmed]
     answer = Thresholds(
         name=system.name,
@@ -202,7 +193,7 @@ def system_thresholds(
             "doubts": doubts,
             "left_out": list(located.left_out),
             "crossings_outside": _number_outside(located),
-            "basis": basis,
+            "basis": basis_of(located.reduction, selection),
         },
         source=SystemSource(SystemFile(system), selection, located.reduction),
     )
@@ -210,8 +201,10 @@ def system_thresholds(
 
 
 def start_of_range(system: TermSystem, high: float) -> float:
-    """The lower end of a range that has none: 0, or high / 100 where the matrices have no value or
-    no derivative at 0: beside a pole roots move so fast that a search computes most values there.
+    """The lower end of a range up to `high` for which none is given.
+
+    It is 0, or high / 100 where the matrices have no value or no derivative at 0: beside such a
+    pole roots move so fast that a search would compute most of its values there.
     """
     try:
         system.derivative(system.parameter, {system.parameter: 0.0})
@@ -236,11 +229,12 @@ def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, 
 def _values_of_reduction(low: float, high: float, step_ends: Sequence[float]) -> list[float]:
     """Rising values of p at which a reduced system has to be good, both ends among them.
 
-    They are spaced unevenly: thresholds often lie at round numbers, where a verdict is not decided.
+    They are spaced unevenly, so that few of them are round shares of the range: thresholds often
+    lie at round numbers, where rounding hides the verdict.
     """
     values = [low, *step_ends, high]
     for k in range(1, STEPS - 1):
-        # 4, 7 or 11 % of a step beside equal steps
+        # 4, 7 or 11 % of a step above equally spaced values
         share = (k + 0.0371 * (1 + k % 3)) / (STEPS - 1)
         values.append(low + share * (high - low))
     return sorted(values)
@@ -253,19 +247,20 @@ def _located_among_all(
     high: float,
     step_ends: Sequence[float],
     roots: Roots,
-) -> _Located:
+) -> _LocatedThresholds:
     """Locate the thresholds of a small system by following all its roots.
 
     Of a band or region only crossings whose frequency lies inside are thresholds. step_ends: values
     of the parameter at which steps of the search end; roots: the selected roots at a value.
     """
-    # after a list was refuted, where steps end, fast roots may have been missed
-    of_all_roots = thresholds(system.balanced, high, step_ends, low, all_roots=bool(step_ends))
+    # steps end where an earlier list was refuted: the search may have missed fast roots
+    was_refuted = bool(step_ends)
+    of_all_roots = thresholds(system.balanced, high, step_ends, low, all_roots=was_refuted)
     doubts: list[str] = []
-    for part in of_all_roots.searched:
+    for part in of_all_roots.searched:  # of the range, between the ends of steps
         doubts += part.doubts or ()  # None of plain functions, which no system of terms is
     region = selection.rectangle
-    located = _Located(
+    located = _LocatedThresholds(
         points=of_all_roots.points,
         crossings=of_all_roots.crossings,
         certified=of_all_roots.certified,
@@ -277,7 +272,7 @@ def _located_among_all(
     events = _events_inside(of_all_roots.searched, region)
     values = [low, *sorted(step_ends), high]
     continuation = BandContinuation(system, low, high, roots)
-    comparison = _compare(continuation, events, values, selection.words())
+    comparison = compare(continuation, events, values, selection.words())
     points, crossings = points_and_crossings(comparison.result)
     return replace(
         located,
@@ -291,8 +286,11 @@ def _located_among_all(
 
 def _located_exactly(
     system: TermSystem, exact_range: ExactRange, low: float, high: float, roots: Roots
-) -> _Located:
-    """The thresholds of a small system that are known exactly; roots: gives all at a value."""
+) -> _LocatedThresholds:
+    """The thresholds of a small system, between `low` and `high`, as an exact range has them.
+
+    roots: gives all roots (m,), rad/s, at a value of the parameter.
+    """
     is_undamped = not system.C
 
     def event_of(change: Change) -> Event:
@@ -301,14 +299,19 @@ def _located_exactly(
             omega=change.omega,
             direction=int(np.sign(change.rise)),
             interval=(change.low, change.high),
-            coalesces=is_undamped and change.omega > 0.0,
+            coalesces=is_undamped and change.omega > 0.0,  # as every undamped flutter begins
         )
 
     continuation = BandContinuation(system, low, high, roots, is_exact=True)
     clusters = cluster_events([event_of(change) for change in exact_range.changes], distance=0.0)
-    hulls = [hull(cluster) for cluster in clusters]
-    starts = [low, *(stop for _, stop in hulls)]
-    stops = [*(start for start, _ in hulls), high]
+    # what grows is counted in the middle between the intervals of neighbouring clusters
+    starts = [low]
+    stops = []
+    for cluster in clusters:
+        cluster_low, cluster_high = hull(cluster)
+        stops.append(cluster_low)
+        starts.append(cluster_high)
+    stops.append(high)
     counts = []
     for start, stop in zip(starts, stops, strict=True):
         # where the interval of the last change reaches beyond `high`, stop lies below start
@@ -316,7 +319,7 @@ def _located_exactly(
         counts.append(continuation.at(middle).unstable_count)
     result = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
     points, crossings = points_and_crossings(result)
-    return _Located(points, crossings, certified=True, all_crossings=crossings)
+    return _LocatedThresholds(points, crossings, certified=True, all_crossings=crossings)
 
 
 def _exact_roots(system: TermSystem, exact_range: ExactRange, changes: Parameters) -> ComplexArray:
@@ -325,7 +328,7 @@ def _exact_roots(system: TermSystem, exact_range: ExactRange, changes: Parameter
 
 
 def _events_inside(searched: Iterable[SearchResult], region: Rectangle) -> list[Event]:
-    """The events of searches whose frequency lies in a region, by rising parameter."""
+    """The events of searches, by rising parameter, whose frequency lies in a region."""
     inside = []
     for part in searched:
         for event in itertools.chain(*part.clusters):
@@ -339,17 +342,17 @@ def _located_in_band(
     selection: EigenvalueSelection,
     values: Sequence[float],
     workers: int,
-    served: Reduction | None,
-) -> _Located:
+    shared: Reduction | None,
+) -> _LocatedThresholds:
     """Locate the thresholds of a band on the cheapest reduced system that serves.
 
-    That is the reduced system `served`, if one is given, else a projection onto real modes if
-    counts on the full system certify its list, else a projection onto full solutions.
+    That is the one `shared` with other systems, if it is given, else a projection onto real modes
+    if counts on the full system certify its list, else a projection onto full solutions.
 
     values: rising values of the parameter at which the reduced system has to be good.
     """
-    if served is not None:
-        return _located_on_reduction(system, selection, served, values, workers, was_served=True)
+    if shared is not None:
+        return _located_on_reduction(system, selection, shared, values, workers, is_shared=True)
     changes = [{system.parameter: value} for value in values]
     if system.n <= COUNTED_ROWS:
         first_look = first_look_for_thresholds(system, selection, changes)
@@ -367,8 +370,8 @@ def _located_on_reduction(
     reduction: Reduction,
     values: Sequence[float],
     workers: int,
-    was_served: bool = False,
-) -> _Located:
+    is_shared: bool = False,
+) -> _LocatedThresholds:
     """Search the thresholds of a band on a reduced system, and locate them on the full one.
 
     Parameters
@@ -383,19 +386,22 @@ def _located_on_reduction(
         Rising values of the parameter at which the reduced system is good.
     workers : int
         Processes that count growing roots of the full system.
-    was_served : bool
+    is_shared : bool
         Whether the reduced system was made for several systems, this system among them. The reduced
-        system is not changed then, and nothing is counted.
+        system is not changed then, and nothing is counted. Else the vectors of roots that pass
+        through zero are added to its basis.
     """
     name = system.parameter
+    low = values[0]
+    high = values[-1]
     unconfirmed: list[str] = []
-    unclear: list[str] = []
+    unclear_static: list[str] = []
     zero_roots: list[CrossingGuess] = []
     region = reduction.region
-    if system.real and not was_served and region.low_imag < 0.0:
+    if system.real and not is_shared and region.low_imag < 0.0:
         # static losses of stability: the region holds roots that pass through zero, where K is
         # singular; their vectors are added to the basis
-        zero_roots, unclear = singular_stiffness(reduction.scaled, values)
+        zero_roots, unclear_static = singular_stiffness(reduction.scaled, values)
         for guess in zero_roots:
             reduction.extend(np.column_stack([guess.right, guess.left]))
     PROGRESS.get()("following the roots of the reduced system")
@@ -403,14 +409,13 @@ def _located_on_reduction(
     if isinstance(reduction, DispersiveReduction) and system.undamped and not system.C:
         # each root at its own frequency stays on the axis until two coalesce
         events = coalescences(reduction, name, values)
-    elif not system.real or problem_class_of(matrices_of(reduction.system, values)) == "damped":
+    elif not system.real or problem_class_of(matrices_of(reduction.system, values)) is DAMPED:
         events, unconfirmed = crossings_along(reduction, name, values, zero_roots)
     else:  # undamped: coalescences of the reduced system, which are not located on the full one
-        searched = search(reduction.system, values[0], values[-1])
-        on_reduced = _events_inside([searched], region)
-        events = [_with_rounding(reduction, name, event, values[0]) for event in on_reduced]
-    continuation = BandContinuation(system, values[0], values[-1], reduction.values)
-    comparison = _compare(continuation, events, values, selection.words())
+        on_reduced = _events_inside([search(reduction.system, low, high)], region)
+        events = [_with_rounding(reduction, name, event, low) for event in on_reduced]
+    continuation = BandContinuation(system, low, high, reduction.values)
+    comparison = compare(continuation, events, values, selection.words())
     if isinstance(reduction, FirstLook):
         # `points_and_crossings` reads the roots at thresholds, which the small basis estimates
         # cheaply. The comparison above is made without these roots: at a crossing the sign of a
@@ -418,11 +423,11 @@ def _located_on_reduction(
         for event in events:
             continuation.set_roots(event.value, reduction.basis_values({name: event.value}))
     points, crossings = points_and_crossings(comparison.result)
-    unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear]
+    unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear_static]
     certified = None  # nothing is counted
     doubts: list[str] = []
     depends_on_frequency = bool(system.follows)
-    if not was_served and system.n <= COUNTED_ROWS and not depends_on_frequency:
+    if not is_shared and system.n <= COUNTED_ROWS and not depends_on_frequency:
         if not unconfirmed:  # a list with unconfirmed events is not certified by any count
             doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints, workers)
         unseen = unseen_factor(system, sorted({*values, *comparison.midpoints}))
@@ -432,7 +437,7 @@ def _located_on_reduction(
                 "looked at"
             )
         certified = not unconfirmed and not doubts
-    return _Located(
+    return _LocatedThresholds(
         points=points,
         crossings=crossings,
         certified=certified,
@@ -444,31 +449,45 @@ def _located_on_reduction(
 
 
 def _with_rounding(reduction: Reduction, name: str, event: Event, low: float) -> Event:
-    """An undamped event of a reduced system with the rounding of the full one in its interval.
+    """An event of an undamped reduced system, its interval widened by rounding of the full system.
 
-    With unit vectors x, y for which P x and y^H P vanish a change dP of P moves the parameter p of
-    the event by y^H dP x / (y^H dP/dp x): also where two roots meet, since a change of the root
-    changes y^H P x in second order only. Of several such vectors the steepest count. Where K x
-    vanishes at `low` already, as of a free motion, a root that passes zero keeps its interval.
-    `name` is that of the parameter, `low` its first value.
+    At a root z let P = z^2 M + z C + K, and x, y unit vectors with P x = 0 and y^H P = 0. A change
+    dP of P moves the parameter p of the event by y^H dP x / (y^H dP/dp x): also where two roots
+    meet, since a change of the root changes y^H P x in second order only. Here |dP| is rounding of
+    the full system. Of several x and y those with the largest |y^H dP/dp x| count.
+
+    Parameters
+    ----------
+    reduction : Reduction
+        The reduced system.
+    name : str
+        The parameter p.
+    event : Event
+        Located on the reduced system. A root that passes zero keeps its interval if K is singular
+        at `low` already, as with a free motion.
+    low : float
+        The first value of p.
     """
-    at = {name: event.value}
+    event = replace(event, residual=reduction.worst_residual)
+    at_event = {name: event.value}
     system = reduction.system
     root = np.array(1j * event.omega)
-    rounding = ROUNDINGS * EPS * reduction.scaled.at(at).size(root)
+    identity = np.eye(system.n)
+    rounding = ROUNDINGS * EPS * reduction.scaled.at(at_event).size(root)
     if not event.omega:
-        stiffness = applied(system.at({name: low}), root, np.eye(system.n))
-        if np.linalg.norm(stiffness, -2) <= SINGULAR * rounding:
-            return replace(event, residual=reduction.worst_residual)
-    left, sizes, right = np.linalg.svd(applied(system.at(at), root, np.eye(system.n)))
-    vanishes = sizes <= max(sizes[-1], SINGULAR * rounding)
-    change = applied(system.derivative(name, at), root, right[vanishes].conj().T)
-    slope = np.linalg.norm(left[:, vanishes].conj().T @ change, 2)
+        K_at_low = applied(system.at({name: low}), root, identity)
+        least_singular_value = np.linalg.norm(K_at_low, -2)
+        if least_singular_value <= SINGULAR * rounding:
+            return event
+    P = applied(system.at(at_event), root, identity)
+    left, singular_values, right = np.linalg.svd(P)  # P = left @ diag(singular_values) @ right
+    is_null = singular_values <= max(singular_values[-1], SINGULAR * rounding)
+    x = right[is_null].conj().T  # columns (n, k), as those of y
+    y = left[:, is_null]
+    slope = np.linalg.norm(y.conj().T @ applied(system.derivative(name, at_event), root, x), 2)
     margin = float(rounding / slope)
     first, last = event.interval
-    return replace(
-        event, interval=(first - margin, last + margin), residual=reduction.worst_residual
-    )
+    return replace(event, interval=(first - margin, last + margin))
 
 
 def _disagreeing_counts(
@@ -491,36 +510,47 @@ def _disagreeing_counts(
     return doubts
 
 
-def _without_vague_certificate(located: _Located, parameter: str, extent: float) -> _Located:
-    """Withdraw the certificate if the interval of a crossing is so wide that it may hold several,
-    or meets that of another one in which the same growth ends: there may be neither.
+def _without_vague_certificate(
+    located: _LocatedThresholds, parameter: str, extent: float
+) -> _LocatedThresholds:
+    """Withdraw a certificate that the intervals of crossings do not bear.
+
+    - Two neighbouring crossings of one mode, at which growth begins and ends, have intervals that
+      overlap: by rounding there may be neither crossing.
+    - An interval is so wide that it may hold several crossings.
 
     extent: of the range of the parameter.
     """
-    for one, other in itertools.pairwise(located.crossings):
-        is_same_mode = math.isclose(one.frequency_hz, other.frequency_hz, rel_tol=MARGIN)
-        is_touch = one.direction != other.direction and one.interval[1] >= other.interval[0]
-        if located.certified and is_same_mode and is_touch:
-            doubt = f"growth that begins and ends at {parameter} = {one.mu:.9g} may be rounding"
-            return replace(located, certified=False, doubts=[*located.doubts, doubt])
-    vague = vague_interval((crossing.interval for crossing in located.crossings), extent)
-    if not located.certified or vague is None:
+    if not located.certified:
         return located
-    low, high = vague
-    doubt = f"{IS_VAGUE} ({parameter} = {low:.6g} to {high:.6g})"
+    doubt = ""
+    vague = vague_interval((crossing.interval for crossing in located.crossings), extent)
+    if vague is not None:
+        low, high = vague
+        doubt = f"{IS_VAGUE} ({parameter} = {low:.6g} to {high:.6g})"
+    for lower, upper in itertools.pairwise(located.crossings):
+        is_same_mode = math.isclose(lower.frequency_hz, upper.frequency_hz, rel_tol=SAME_MODE)
+        overlap = lower.interval[1] >= upper.interval[0]
+        if is_same_mode and overlap and lower.direction != upper.direction:
+            doubt = f"growth that begins and ends at {parameter} = {lower.mu:.9g} may be rounding"
+            break
+    if not doubt:
+        return located
     return replace(located, certified=False, doubts=[*located.doubts, doubt])
 
 
-def _number_outside(located: _Located) -> int | None:
+def _number_outside(located: _LocatedThresholds) -> int | None:
     """How many crossings lie outside of the band; None if they were not searched."""
     if located.all_crossings is None:
         return None
     return len(located.all_crossings) - len(located.crossings)
 
 
-def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located) -> list[str]:
+def _notes(
+    system: TermSystem, selection: EigenvalueSelection, located: _LocatedThresholds
+) -> list[str]:
     """The lines below the list of thresholds."""
-    notes = [f"not confirmed on the full system: {words}" for words in located.unconfirmed]
+    notes = [f"not confirmed on the full system: {event}" for event in located.unconfirmed]
     notes += located.left_out
     if system.follows:
         notes.append("each root at its own frequency")
@@ -528,8 +558,8 @@ def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located
         notes.append("roots on the real axis, a static loss of stability, are not looked for")
     if selection.rectangle is not None or located.reduction is not None:
         outside = _number_outside(located)
-        words = "not looked for" if outside is None else f"{outside}"
-        notes.append(f"crossings outside {selection.words()}: {words}")
+        count = "not looked for" if outside is None else f"{outside}"
+        notes.append(f"crossings outside {selection.words()}: {count}")
     # a certified list has this note too: counts at some values miss an unstable range between two
     # values. Of real systems, whose roots are continued, only a very narrow range is missed
     if located.certified is not None:
@@ -550,8 +580,9 @@ def _count_agrees(reduction: Reduction, task: tuple[float, int]) -> bool:
     name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
     if isinstance(reduction, FirstLook):
-        # its region lies above the real axis: one root of each pair, and no real root
-        return reduction.misses_none({name: value}, growing=expected // 2)
+        # its region lies above the real axis: it holds one root of each pair, and no real root
+        expected_pairs = expected // 2
+        return reduction.misses_none({name: value}, growing=expected_pairs)
     problem = reduction.scaled.at({name: value})
     try:
         full = modes_in(problem, reduction.region)
@@ -561,203 +592,3 @@ def _count_agrees(reduction: Reduction, task: tuple[float, int]) -> bool:
     for mode in growing(full.eigenvalues):  # each pair once
         growing_roots += 2 if mode.kind == "flutter" else 1
     return full.certified and growing_roots == expected
-
-
-class BandContinuation(Continuation):
-    """A continuation that knows the roots of a band at each value, and nothing between values.
-
-    A function gives the roots, without vectors, derivatives or couplings: it serves to compare what
-    grows at some values with events that were located by other means.
-    """
-
-    def __init__(
-        self, system: TermSystem, low: float, high: float, roots: Roots, is_exact: bool = False
-    ) -> None:
-        """is_exact: whether the real parts of the roots have the right signs, and 0 on the axis."""
-        self.is_exact = is_exact
-        self.system: TermSystem = system
-        self.name = system.parameter
-        self.low = low
-        self.high = high
-        self.roots = roots
-        self.problem = ProblemClass.DAMPED
-        self._spectra = {}
-
-    def at(self, p: float) -> SpectrumAtParameter:
-        """The roots at p, those above the real axis with their conjugates."""
-        if p not in self._spectra:
-            self.set_roots(p, self.roots({self.name: p}))
-        return self._spectra[p]
-
-    def set_roots(self, p: float, selected: ComplexArray) -> None:
-        """Set the roots (m,) of the band at p, of which those with Im < 0 are ignored."""
-        upper = selected[selected.imag >= 0.0]
-        roots = np.concatenate([upper, selected[selected.imag > 0.0].conj()])
-        m = len(roots)
-        rounding = np.zeros(m) if self.is_exact else rounding_of(self.system, roots)
-        no_vectors = np.zeros((0, m), complex)
-        self._spectra[p] = SpectrumAtParameter(
-            value=p,
-            z=roots,
-            right=no_vectors,
-            left=no_vectors,
-            coupling=np.zeros((m, m), complex),
-            rounding=rounding,
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class _Comparison:
-    """Located events compared with what grows at computed values.
-
-    Attributes
-    ----------
-    result : SearchResult
-        The events by rising value, in clusters of coincident ones, and what grows between these.
-    midpoints : list of float
-        The middle of each interval between two clusters, or between one and an end of the range.
-    unexplained : list of str
-        A sentence for each value at which more roots grow than follows from the events, or, before
-        the first event, than at a lower value.
-    left_out : list of str
-        A sentence for each interval between clusters in which fewer roots grow somewhere than
-        follows from them, if that changes the verdict: a growing root lies outside of the band.
-    """
-
-    result: SearchResult
-    midpoints: list[float]
-    unexplained: list[str]
-    left_out: list[str]
-
-
-def _typical_values(
-    continuation: BandContinuation,
-    clusters: Sequence[Sequence[Event]],
-    intervals: Sequence[tuple[float, float]],
-    computed: Sequence[float],
-    margin: float,
-) -> list[float]:
-    """Of each interval between clusters of events a value that shows what grows in the interval.
-
-    That is a value with as many growing roots as are expected: those in the middle of the first
-    interval, and what the events since then bring. The middle is tried first, then the computed
-    values, then values next to both ends of the interval. Where no value has the expected number
-    the middle stands for the interval.
-    """
-    typical = []
-    expected = 0
-    for k, (start, stop) in enumerate(intervals):
-        middle = (start + stop) / 2
-        if k == 0:
-            expected = continuation.at(middle).growing_roots
-        else:  # the events at the start of the interval
-            for event in clusters[k - 1]:
-                expected += event.rise
-        typical_value = middle
-        for value in (middle, *computed, start + margin, stop - margin):
-            if start < value < stop and continuation.at(value).growing_roots == expected:
-                typical_value = value
-                break
-        typical.append(typical_value)
-    return typical
-
-
-def _left_between(continuation: BandContinuation, first: float, second: float) -> int:
-    """How many roots fewer the band has at a second value than at a first one."""
-    return max(0, len(continuation.at(first).z) - len(continuation.at(second).z))
-
-
-def _compare(
-    continuation: BandContinuation, events: Sequence[Event], values: Sequence[float], band: str
-) -> _Comparison:
-    """Compare what grows at computed values with what follows from the located events.
-
-    The clusters of events cut the range into intervals. On each interval as many roots must grow as
-    in the middle of the first interval plus what the events bring, see `_typical_values`. A value
-
-    - with more growing roots is unexplained;
-    - with fewer, if that changes the verdict, has a growing root outside of the band; but if so
-      many roots have not left the band, and in the first interval below the typical value, growth
-      at the typical value is unexplained;
-    - with as many and another verdict crosses nothing: a pair became two real roots or the reverse,
-      or another root grows fastest.
-
-    Parameters
-    ----------
-    continuation : BandContinuation
-        The roots of the band over the parameter.
-    events : sequence of Event
-        Crossings that were located, by rising value.
-    values : sequence of float
-        The computed values of the parameter, from the first to the last of the range.
-    band : str
-        The band in words, for sentences.
-    """
-    low = continuation.low
-    high = continuation.high
-    margin = MARGIN * (high - low)
-    clusters = cluster_events(events, SAME * (high - low))
-    end = high
-    # what an event at the end of the range brings shows beyond the end
-    if clusters and high - clusters[-1][-1].value <= margin:
-        end = high + 2 * margin
-    edges = [low, *(cluster[0].value for cluster in clusters), end]
-    intervals = list(itertools.pairwise(edges))
-    midpoints = [(start + stop) / 2 for start, stop in intervals]
-    computed = []  # without values next to an event, where the verdict of either side may be found
-    for value in values:
-        if all(abs(value - event.value) > margin for event in events):
-            computed.append(value)
-    typical = _typical_values(continuation, clusters, intervals, computed, margin)
-    counts = [continuation.at(value).unstable_count for value in typical]
-    unexplained = []
-    for cluster, (below, above) in zip(clusters, itertools.pairwise(typical), strict=True):
-        least_below, most_below = continuation.at(below).count_bounds
-        least_above, most_above = continuation.at(above).count_bounds
-        rise = sum(event.rise for event in cluster)
-        at_cluster = f"{continuation.name} = {cluster[0].value:.6g}"
-        # what grows above and did not below has crossed; where a real root crosses another one may
-        # have come from above the band
-        if most_below + rise < least_above and all(event.omega > 0.0 for event in cluster):
-            unexplained.append(
-                f"what grows beside {at_cluster} does not follow from what crosses there; a "
-                f"growing mode may have entered {band}"
-            )
-        # what grows just above the cluster and no longer further up has left the band. Just above
-        # it growth may hide in rounding: it is what grows just below, and what crosses
-        before = max(low, cluster[0].value - margin)
-        after = cluster[-1].value + margin
-        if least_below + rise > most_above and after < above:
-            least_before, _ = continuation.at(before).count_bounds
-            if least_before + rise - most_above > _left_between(continuation, after, above):
-                unexplained.append(f"growth at {at_cluster} ends at no threshold")
-    left_out: dict[int, str] = {}  # by the number of the interval
-    for value in sorted({*computed, *midpoints}):
-        k = sum(cluster[0].value < value for cluster in clusters)  # the number of its interval
-        count = continuation.at(value).unstable_count
-        typical_count = counts[k]
-        is_other_verdict = count.verdict != typical_count.verdict
-        _, most_growing = continuation.at(value).count_bounds
-        is_fewer = most_growing < typical_count.growing_roots
-        here = f"{continuation.name} = {value:.6g}"
-        if count.growing_roots > typical_count.growing_roots:
-            what = count.verdict if is_other_verdict else f"{count.verdict} of one more mode"
-            unexplained.append(f"{what} at {here} follows from no threshold that was located")
-        elif is_fewer:
-            grows_at = f"{continuation.name} = {typical[k]:.6g}"
-            missing = typical_count.growing_roots - most_growing
-            has_left = missing <= _left_between(continuation, typical[k], value)
-            # in the first interval growth begins without an event; it is not hidden by rounding,
-            # since the value is not next to an event
-            if not has_left or (k == 0 and value < typical[k]):
-                what = f"{typical_count.verdict} at {grows_at}"
-                unexplained.append(f"{what} follows from no threshold that was located")
-                continue
-            words = (
-                f"fewer modes are found to grow in {band} at {here} than at {grows_at}, with no "
-                "threshold between; where they leave or enter is not listed"
-            )
-            left_out.setdefault(k, words)
-    result = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
-    distinct = list(dict.fromkeys(unexplained))
-    return _Comparison(result, midpoints, distinct, list(left_out.values()))
