@@ -162,7 +162,7 @@ def _system_sweep(
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of
     from squeal.queries.systems.seat import seat_note
-    from squeal.queries.systems.sweeps import as_known, track_modes
+    from squeal.queries.systems.sweeps import qualified_by_data, track_modes
     from squeal.sparse.first_look import FirstLook
 
     analysis.warn_of_unused_parameter()
@@ -180,7 +180,7 @@ def _system_sweep(
     return Sweep(
         name=system.name,
         parameter=system.parameter,
-        steps=tuple(as_known(analysis.file, analysis.selection, step) for step in steps),
+        steps=tuple(qualified_by_data(analysis.file, analysis.selection, step) for step in steps),
         losses=losses,
         reference=reference,
         basis=basis_of(reduction, analysis.selection) or analysis.component_reduction,

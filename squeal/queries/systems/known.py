@@ -40,34 +40,34 @@ def error_bounds(
     return lambda roots: _with_both_errors(by_reduction(roots), by_digits(roots))
 
 
-def _with_both_errors(reduced: EigenvalueTuple, by_digits: EigenvalueTuple) -> EigenvalueTuple:
+def _with_both_errors(by_reduction: EigenvalueTuple, by_digits: EigenvalueTuple) -> EigenvalueTuple:
     """Roots whose error is the sum of that by a reduction and that by digits.
 
     The arguments are the same roots, each with one of both errors. A root whose error by the
     reduction is not known (None) stays as it is.
     """
-    known = []
-    for root, root_by_digits in zip(reduced, by_digits, strict=True):
+    summed = []
+    for root, with_digits in zip(by_reduction, by_digits, strict=True):
         if root.error is not None:
-            rounding = root.rounding + root_by_digits.rounding
+            rounding = root.rounding + with_digits.rounding
             # a real part of exactly zero is known, see `judge_roots`
             has_unknown_sign = 0.0 < abs(root.value.real) <= rounding
             root = replace(
                 root,
-                error=root.error + (root_by_digits.error or 0.0),
+                error=root.error + (with_digits.error or 0.0),
                 rounding=rounding,
-                sign_is_open=root.sign_is_open or root_by_digits.sign_is_open or has_unknown_sign,
+                sign_is_open=root.sign_is_open or with_digits.sign_is_open or has_unknown_sign,
             )
-        known.append(root)
-    return tuple(known)
+        summed.append(root)
+    return tuple(summed)
 
 
 def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     """How precisely the referee may take the entries of M, C and K for known.
 
     None where it does not judge all roots: of large systems, of matrices that follow the frequency,
-    and of reduced components, whose matrices nobody gave. Else half an ulp (half a unit in the last
-    place of a double), and beside that
+    and of reduced components, whose matrices are computed. Else half an ulp (half a unit in the
+    last place of a double), and in addition
 
     - of files with few digits half a unit of the last digit, and the rounding of sums of terms;
     - of others the rounding of sums, if anything was rounded.
@@ -106,9 +106,9 @@ def known_roots(
 ) -> SystemRoots:
     """The selected roots of a system with the errors of its data; the referee judges a small one.
 
-    A small system P is solved as D P (`TermSystem.balanced`), D diagonal, whose rows have units
-    that fit those of its columns. It has the roots and right vectors of P; a left vector y' gives
-    that of P, y = D y'.
+    A small system P = z^2 M + z C + K is solved as D P (`TermSystem.balanced`): the diagonal D
+    gives its rows units that fit those of its columns. D P has the roots and right vectors of P;
+    its left vectors y, y^H D P = 0, give those of P, which are D y.
 
     Parameters
     ----------
@@ -121,40 +121,40 @@ def known_roots(
     is_judged : bool
         Whether the referee judges the roots of a small system.
     """
-    given = system or file.system
-    solved = given.balanced if is_small(given) else given
+    original = system or file.system
+    solved = original.balanced if is_small(original) else original
     roots = system_roots(
         solved,
         selection,
         add_errors=error_bounds(file, solved),
         data=data_of(file, solved) if is_judged else None,
     )
-    if solved is given:
+    if solved is original:
         return roots
-    M, _, _ = given.arrays()
+    M, _, _ = original.arrays()
 
-    def of_given_rows(root: Eigenvalue) -> Eigenvalue:
-        """The root with the vectors of the given system."""
+    def of_original_rows(root: Eigenvalue) -> Eigenvalue:
+        """The root with the vectors of the original system; `row_units` is the diagonal of D."""
         right = of_unit_mass(root.right, M)
-        left = of_unit_mass(given.row_units * root.left, M)
+        left = of_unit_mass(original.row_units * root.left, M)
         return replace(root, right=right, left=left)
 
     return replace(
         roots,
-        eigenvalues=tuple(map(of_given_rows, roots.eigenvalues)),
-        others=tuple(map(of_given_rows, roots.others)),
+        eigenvalues=tuple(map(of_original_rows, roots.eigenvalues)),
+        others=tuple(map(of_original_rows, roots.others)),
     )
 
 
 def digits_of_files(file: SystemFile) -> str:
     """What leaves roots of a system open, in words, such as "the 6 digits of K.mtx": the reduction
     of its components, if they were reduced, and the digits of its files."""
-    digits_of = {one.file: one.digits for one in file.origins if one.digits is not None}
-    words = [f"the {digits} digits of {name}" for name, digits in digits_of.items()]
-    words = words or ["the digits of the matrices"]
+    digits_of = {matrix.file: matrix.digits for matrix in file.origins if matrix.digits is not None}
+    causes = [f"the {digits} digits of {name}" for name, digits in digits_of.items()]
+    causes = causes or ["the digits of the matrices"]
     if file.assembly is not None and file.assembly.reduction:
-        words.insert(0, "the reduction")
-    return " and ".join(words)
+        causes.insert(0, "the reduction")
+    return " and ".join(causes)
 
 
 def open_by_digits(file: SystemFile, roots: EigenvalueTuple) -> str:

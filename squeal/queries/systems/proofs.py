@@ -52,24 +52,24 @@ class Data:
 
     Attributes
     ----------
-    words : str
-        The precision in words. Without radii the referee takes it from them: `HALF_ULP` (half a
+    precision : str
+        In words. Without radii the referee takes the errors from it: `HALF_ULP` (half a
         unit in the last place of a double), or a number of digits such as "12 digits".
     radii : tuple of 3 array (n, n), or None
         How far the entries of M, C and K may be off, in addition to half a unit in the last place
-        of a double. None: as the words say.
+        of a double. None: as `precision` says.
     keeps_structure : bool
         Whether symmetric M and K, and a skew C, remain so for all entries within the radii.
     """
 
-    words: str = HALF_ULP
+    precision: str = HALF_ULP
     radii: tuple[Array, ...] | None = None
     keeps_structure: bool = True
 
     @property
     def is_half_ulp(self) -> bool:
         """Whether the entries are known to all digits of a double, or are sums of such entries."""
-        return self.words == HALF_ULP
+        return self.precision == HALF_ULP
 
     def around(self, M: NDArray, C: NDArray | None, K: NDArray) -> Quadratic:
         """The system in ball arithmetic: each entry is an interval of all values it may have.
@@ -79,7 +79,7 @@ class Data:
         from squeal.proof.balls import Balls, Quadratic  # scenes start without it
 
         if self.radii is None:
-            return Quadratic.of(M, C, K, self.words)
+            return Quadratic.of(M, C, K, self.precision)
         system = Quadratic.of(M, C, K, HALF_ULP)
         mass, damping, stiffness = map(Balls.widened, system.parts, self.radii)
         return replace(
@@ -87,7 +87,7 @@ class Data:
             M=mass,
             C=damping,
             K=stiffness,
-            data=self.words,
+            data=self.precision,
             symmetric=system.symmetric and self.keeps_structure,
             skew=system.skew and self.keeps_structure,
         )
@@ -131,25 +131,25 @@ class Statement:
         if self.status == "counted":
             return "counted: a count that does not use the list agrees"
         if self.status == "open":
-            words = f"{OPEN}{self.reason}"
+            line = f"{OPEN}{self.reason}"
             if self.where is not None:
-                words += f" (near {self.where:.6g} rad/s)"
+                line += f" (near {self.where:.6g} rad/s)"
             if self.by != "count" and self.growth_below is None:
-                words += f"; {NO_BOUND}"
-            return words
+                line += f"; {NO_BOUND}"
+            return line
         return self.words_of_proof()
 
     def words_of_proof(self, extent: str = "") -> str:
         """What is proved, on a range that `extent` states, and of which entries."""
-        words = "proved: no other mode grows"
+        line = "proved: no other mode grows"
         if self.growth_below:
-            words += f" by more than {self.growth_below:.3g} 1/s"
-        words += extent
+            line += f" by more than {self.growth_below:.3g} 1/s"
+        line += extent
         if self.data == AS_GIVEN:
-            words += " (entries as given)"
+            line += " (entries as given)"
         elif self.data != HALF_ULP:
-            words += f" (entries known to {self.data})"
-        return words
+            line += f" (entries known to {self.data})"
+        return line
 
     def to_dict(self) -> dict[str, Any]:
         """The statement as JSON holds it."""
@@ -230,8 +230,9 @@ def refereed(
         return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
     # the solver failed where the list is proved, but holds a root with a large backward error, or
     # one that the referee knows to more of the digits of a table
-    has_failed = not all(root.decides for root in roots) or any(map(_is_off, roots, proof.matches))
-    solver_failed = proof.status == "proved" and has_failed
+    all_solved = all(root.decides for root in roots)
+    some_off = any(map(_is_off, roots, proof.matches))
+    solver_failed = proof.status == "proved" and (not all_solved or some_off)
     if solver_failed or sharpest_proof.reason == NOT_TOLD_APART:
         enclosed = _roots_of_pieces(arrays, sharpest_proof.pieces)
         proved = _if_proved(system, enclosed, sharpest_proof, data)
@@ -241,7 +242,8 @@ def refereed(
 
 
 def _is_off(root: Eigenvalue, match: tuple[Piece, ...]) -> bool:
-    """Whether a root is off by more than printed digits and the radii of its pieces."""
+    """Whether a root may be off by an error that shows in printed digits, and that the enclosures
+    themselves do not explain: `match` are the pieces among which the root lies."""
     distance = max(piece.distance_bound(root.value) for piece in match)
     radius = max(float(piece.radii.max()) for piece in match)
     return distance > max(PRINTED * abs(root.value), 4 * radius)
@@ -398,8 +400,8 @@ def exact_spectrum(
         roots_of_component = exact_roots(system.block(rows))
         if isinstance(roots_of_component, Failure):
             if roots_of_component.reason == SINGULAR:
-                words = "M, C and K: are singular together, so that every number is a root"
-                raise MatrixError(words)
+                singular = "M, C and K: are singular together, so that every number is a root"
+                raise MatrixError(singular)
             raise unsure
         pieces += roots_of_component
     return _roots_of_pieces(arrays, pieces)

@@ -47,10 +47,10 @@ def _region_of(
         radius = float(sizes[: selection.modes][-1])  # of the highest of the lowest modes
     else:
         radius = lowest_modes(scaled.at(changes), selection.modes, certify=False).region.radius
-    radius *= 1.2  # rad/s, with a margin for other parameters
+    radius *= 1.2  # rad/s: at other parameters the modes lie a little higher
     if radius == 0.0:  # all of the modes are rigid-body motions, and give no scale
         radius = 1.0
-    # a little beyond the real axis, so that real roots lie inside
+    # a little below the real axis, so that real roots lie inside
     return Rectangle(
         low_real=-radius / 4, high_real=radius / 4, low_imag=-1e-6 * radius, high_imag=radius
     )
@@ -93,15 +93,15 @@ def reduced_for(
                 stacklevel=3,
             )
         return first_look
-    kind = Reduction
+    reduction_class = Reduction
     if system.follows:  # the reduced system has to be good at each frequency of the band, too
-        kind = DispersiveReduction
+        reduction_class = DispersiveReduction
         at_frequencies: list[Parameters] = []
         for changes in values:
             for omega in frequencies(system, region).tolist():
                 at_frequencies.append({**changes, **system.frequency(omega)})
         values = at_frequencies
-    reduction = reduce_system(scaled, region, values, kind)
+    reduction = reduce_system(scaled, region, values, reduction_class)
     if not reduction.converged:
         warnings.warn(
             f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
@@ -154,8 +154,14 @@ class ComputedRoots(NamedTuple):
     with_vectors : Roots
         The roots with their vectors, of a reduced system in its coordinates; of a first look those
         without an estimate are left out.
-    verdict, spurious, corrected, certified
-        As `Step` has them.
+    verdict : str or None
+        On the roots; None where they do not decide.
+    spurious : int
+        Number of roots of the reduced system that the full one has not; they are left out.
+    corrected : array (m,) of bool, or None
+        Of a first look: which roots solve the full problem; the others are estimated.
+    certified : bool or None
+        Whether it is certified that no root is missing; None where nothing was counted.
     """
 
     values: ComplexArray
@@ -195,7 +201,7 @@ def estimated_roots(reduction: Reduction, changes: Parameters) -> tuple[Eigenval
     roots = roots_of_reduction(reduction, changes)
     right = roots.with_vectors.right
     if roots.corrected is not None:
-        # roots that were not estimated have the vector of the nearest one
+        # of a first look fewer roots have vectors: the others get that of the nearest one
         distances = np.abs(roots.with_vectors.values[:, None] - roots.values)
         right = right[:, np.argmin(distances, axis=0)]
     return without_left_vectors(roots.values, roots.residuals, roots.rounding, right)

@@ -27,17 +27,23 @@ def widened_in_frequency(region: Rectangle, share: float) -> Rectangle:
 
 
 def _distances_to_ends(root: Eigenvalue, region: Rectangle) -> tuple[list[float], list[float]]:
-    """How far a root is from the real ends of a region, 1/s, and from its ends of frequency, rad/s.
+    """How far a root is from the ends of a region.
 
-    An edge at the real axis or below is an end for conjugates alone.
+    Returns
+    -------
+    of_growth : list of 2 float
+        Distances of its real part from both real ends, 1/s.
+    of_frequency : list of 1 or 2 float
+        Distances of its imaginary part from the ends of frequency, rad/s. A lower edge at the real
+        axis or below is an end for conjugates alone.
     """
     real = root.value.real
     imag = root.value.imag
-    of_real = [abs(real - region.low_real), abs(real - region.high_real)]
+    of_growth = [abs(real - region.low_real), abs(real - region.high_real)]
     of_frequency = [abs(imag - region.high_imag)]
     if region.low_imag > 0.0 or imag < 0.0:
         of_frequency.append(abs(imag - region.low_imag))
-    return of_real, of_frequency
+    return of_growth, of_frequency
 
 
 def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
@@ -45,15 +51,12 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
 
     So all copies of a multiple root are treated alike. False where rounding is infinite.
     """
-    rounding = root.rounding
-    if not rounding < math.inf:
+    if not root.rounding < math.inf:
         return False
-    of_real, of_frequency = _distances_to_ends(root, region)
-    real = root.value.real
-    imag = root.value.imag
-    is_beside = region.low_real - rounding <= real <= region.high_real + rounding
-    is_at_height = region.low_imag - rounding <= imag <= region.high_imag + rounding
-    return is_beside and is_at_height and min(of_real + of_frequency) <= rounding
+    # an edge is an end only between its corners, not on the line beyond them
+    may_be_inside = region.distance(np.array(root.value)) <= root.rounding
+    of_growth, of_frequency = _distances_to_ends(root, region)
+    return bool(may_be_inside and min(of_growth + of_frequency) <= root.rounding)
 
 
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
@@ -63,11 +66,12 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     region's highest frequency is ignored, and so is that of a root below the real axis where the
     region does not reach below the axis.
     """
-    error = root.error or 0.0
-    if _lies_at_end(root, region) and root.rounding <= LOOSE * region.high_imag:
+    largest_error = LOOSE * region.high_imag
+    if _lies_at_end(root, region) and root.rounding <= largest_error:
         return True
-    begins_above_axis = region.low_imag >= 0.0
-    if error > LOOSE * region.high_imag or (begins_above_axis and root.value.imag < 0.0):
+    error = root.error or 0.0
+    is_conjugate = region.low_imag >= 0.0 and root.value.imag < 0.0
+    if error > largest_error or is_conjugate:
         error = 0.0
     low_imag = region.low_imag
     # a region from the real axis on is not widened downwards: conjugates alone lie there
@@ -84,13 +88,13 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
     doubts = []
     for root in roots:
         error = root.error or 0.0
-        of_real, of_frequency = _distances_to_ends(root, region)
+        of_growth, of_frequency = _distances_to_ends(root, region)
         if _lies_at_end(root, region):
-            place = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"
-            if min(of_real) <= root.rounding:
-                place = f"Re = {root.growth_rate:.6g} 1/s, known to {root.rounding:.2g} 1/s"
-            doubts.append(f"a root lies at an end, at {place}, and may lie within or not")
-        elif may_lie_in(root, region) and min(of_real + of_frequency) <= error:
+            value = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"
+            if min(of_growth) <= root.rounding:
+                value = f"Re = {root.growth_rate:.6g} 1/s, known to {root.rounding:.2g} 1/s"
+            doubts.append(f"a root lies at an end, at {value}, and may lie within or not")
+        elif may_lie_in(root, region) and min(of_growth + of_frequency) <= error:
             hertz = f"{root.frequency_hz:.6g} Hz, known to {error / math.tau:.2g} Hz"
             doubts.append(f"the root at {hertz}, may lie within or not")
     return list(dict.fromkeys(doubts))  # copies of a multiple root are alike
@@ -109,16 +113,12 @@ def growing_outside(
     growing_roots: list[complex] = []
     for root in sorted(rough_values, key=lambda root: -root.real):
         tolerance = ROUGH * abs(root)
-        grows = root.real > tolerance and root.imag >= -tolerance  # without conjugates
-        wide = Rectangle(
-            region.low_real - tolerance,
-            region.high_real + tolerance,
-            region.low_imag - tolerance,
-            region.high_imag + tolerance,
-        )
-        if not grows or wide.contains(np.array(root)):
+        grows = root.real > tolerance
+        is_conjugate = root.imag < -tolerance
+        may_be_inside = region.distance(np.array(root)) < tolerance
+        if not grows or is_conjugate or may_be_inside:
             continue
-        upper = complex(root.real, abs(root.imag))  # a pair near the axis is one
+        upper = complex(root.real, abs(root.imag))  # both roots of a pair near the axis are one
         if all(abs(upper - other) > tolerance for other in growing_roots):
             growing_roots.append(upper)
     return tuple(growing_roots) or None

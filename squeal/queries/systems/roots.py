@@ -220,9 +220,9 @@ def system_roots(
 def _lowest_roots(problem: ScaledProblem, modes: int, add_errors: AddErrors | None) -> SystemRoots:
     """Compute the `modes` lowest roots with Im >= 0 of a large system, and count them."""
     solution = lowest_modes(problem, modes)
-    roots = _upper_half(solution.eigenvalues, problem.is_real)
+    roots = _upper_half(solution.eigenvalues, not problem.is_real)
     count = solution.count
-    if count is not None:  # as many roots lie below the real axis as were computed there
+    if count is not None:  # of a disc: as many roots lie below the real axis as computed there
         count -= len(solution.eigenvalues) - len(roots)
     if add_errors is not None:
         roots = add_errors(roots)
@@ -248,13 +248,15 @@ def _roots_of_region(
     if add_errors is not None:
         roots = add_errors(roots)
     count = solution.count
-    if count is not None:  # that of the searched region, without the roots beyond the ends
-        count -= sum(not region.contains(np.array(root.value)) for root in roots)
+    if count is not None:  # of the searched region: roots beyond the ends of `region` do not count
+        count -= int(np.sum(~region.contains(values_of(roots))))
     doubts = doubts_at_ends(roots, region)
     # a root above the searched region was not computed, and may reach into the region by its error.
     # This error is taken to be at most that of the roots in the upper half of the region
-    errors = [root.error or 0.0 for root in roots if root.value.imag > region.high_imag / 2]
-    largest_error = max(errors, default=0.0)
+    largest_error = 0.0
+    for root in roots:
+        if root.value.imag > region.high_imag / 2:
+            largest_error = max(largest_error, root.error or 0.0)
     if largest_error > ROUGH * region.high_imag:
         doubts.append(f"errors reach up to {largest_error / math.tau:.2g} Hz over the ends")
     inside = tuple(root for root in roots if may_lie_in(root, region))
@@ -339,7 +341,7 @@ def _roots_of_matrices(
     is theirs. selection, add_errors, data: as `system_roots` takes them.
     """
     M, C, K = matrices
-    real = not any(X is not None and np.iscomplexobj(X) for X in matrices)
+    is_complex = any(X is not None and np.iscomplexobj(X) for X in matrices)
     normalised_roots = _mass_normalised_roots(matrices)
     if normalised_roots is None:
         roots = _dense_roots(matrices)
@@ -351,20 +353,20 @@ def _roots_of_matrices(
     if add_errors is not None:
         roots = add_errors(roots)
     # the verdict and its criterion: by the solver, then by the referee
-    of_motions = roots
-    if not real:
-        of_motions = _upper_half(roots, real)
+    motion_roots = roots
+    if is_complex:
+        motion_roots = _upper_half(roots, is_complex)
     if add_errors is None:
-        judged = judge_roots(of_motions, conservative=conservative)
+        judged = judge_roots(motion_roots, conservative=conservative)
     else:
         # a root without a bound decides nothing
-        finite = tuple(root for root in of_motions if root.rounding < math.inf)
+        bounded = tuple(root for root in motion_roots if root.rounding < math.inf)
         # where the errors leave the sign of a root open only growth of another root is a verdict
-        judged = judge_roots(finite, complete=not any(root.sign_is_open for root in finite))
+        judged = judge_roots(bounded, complete=not any(root.sign_is_open for root in bounded))
     statement: Statement | None = None
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
-    # how many roots there are, and a verdict that roots which are not listed may change
+    # how many roots there are: if some are not listed they may change the verdict
     count = len(roots)
     doubts: list[str] = []
     if statement is None or statement.status != "proved":
@@ -374,14 +376,15 @@ def _roots_of_matrices(
 
             numbers = f"{len(roots)} roots are listed, there may be up to {count}"
             judged = None, f"{OPEN}{LAST_DIGITS}: {numbers}"
-        if statement is None and count < 2 * len(M):
+        if statement is None and count < 2 * len(M):  # M is singular
             doubts.append(MAY_BE_INFINITE)
     # the selection
     if selection.rectangle is not None:
-        return _part_of_all(real, roots, selection, judged, statement, count == len(roots))
+        is_whole = count == len(roots)
+        return _select_region(is_complex, roots, selection, judged, statement, is_whole)
     selected = roots  # all roots of real matrices are listed with their conjugates
-    if selection.modes is not None or not real:
-        selected = _upper_half(roots, real)
+    if selection.modes is not None or is_complex:
+        selected = _upper_half(roots, is_complex)
         count -= len(roots) - len(selected)  # as many lie below the real axis as computed there
     verdict, criterion = judged
     notes = () if roots else (NO_MOTION,)
@@ -468,8 +471,8 @@ def _most_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int:
     return min(highest_degree, twice_the_rank // 2)
 
 
-def _part_of_all(
-    real: bool,
+def _select_region(
+    is_complex: bool,
     roots: EigenvalueTuple,
     selection: EigenvalueSelection,
     judged: VerdictAndCriterion,
@@ -480,8 +483,8 @@ def _part_of_all(
 
     Parameters
     ----------
-    real : bool
-        Whether the matrices are real.
+    is_complex : bool
+        Whether a matrix is complex.
     roots : tuple of Eigenvalue
         All roots.
     selection : EigenvalueSelection
@@ -514,12 +517,12 @@ def _part_of_all(
         region = replace(region, low_real=-half_width, high_real=half_width)
     # of complex matrices roots with Im < 0 are no motions; of real ones they are conjugates, which
     # a region below the real axis holds
-    of_motions = roots
-    if not real:
-        of_motions = _upper_half(roots, real=False)
+    motion_roots = roots
+    if is_complex:
+        motion_roots = _upper_half(roots, is_complex)
     inside = []
     others = []
-    for root in of_motions:
+    for root in motion_roots:
         if may_lie_in(root, region):
             inside.append(root)
         else:
@@ -527,15 +530,13 @@ def _part_of_all(
     outside = growing(others)
     count = None
     if is_whole:
-        count = int(np.sum(region.contains(values_of(of_motions))))
+        count = int(np.sum(region.contains(values_of(motion_roots))))
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:  # nothing grows
         verdict, criterion = judged
-        verdict_of_region, criterion_of_region = judge_roots(inside)
-        # marginal by a root outside
-        if verdict == "marginal" and (not inside or verdict_of_region == "stable"):
-            verdict = verdict_of_region
-            criterion = criterion_of_region
+        judged_inside = judge_roots(inside)
+        if verdict == "marginal" and (not inside or judged_inside[0] == "stable"):
+            verdict, criterion = judged_inside  # a root outside makes the whole list marginal
     return SystemRoots(
         eigenvalues=tuple(inside),
         region=region,
@@ -544,18 +545,18 @@ def _part_of_all(
         criterion=criterion,
         outside=tuple(mode.root for mode in outside),
         judged_by=statement,
-        doubts=tuple(doubts_at_ends(of_motions, region)),
+        doubts=tuple(doubts_at_ends(motion_roots, region)),
     )
 
 
-def _upper_half(roots: EigenvalueTuple, real: bool) -> EigenvalueTuple:
+def _upper_half(roots: EigenvalueTuple, is_complex: bool) -> EigenvalueTuple:
     """The roots with Im >= 0, which describe all motions of real and of complex matrices.
 
     Of complex matrices a real root may lie below the axis by its rounding.
     """
     upper = []
     for root in roots:
-        is_real_to_rounding = not real and root.value.imag >= -root.rounding
-        if root.value.imag >= 0.0 or is_real_to_rounding:
+        lowest_imag = -root.rounding if is_complex else 0.0
+        if root.value.imag >= lowest_imag:
             upper.append(root)
     return tuple(upper)

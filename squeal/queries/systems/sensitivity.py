@@ -74,24 +74,24 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
         at = Place("matrices", NAME.read(name, Place("matrices")))
         if name in system.parameters:
             raise at.refuse("is a parameter of the system; another name is allowed")
-        for part, given in changes.items():
+        for part, source in changes.items():
             if part not in parts:
                 raise (at / part).refuse("is not allowed; it must be one of M, C, K")
-            with (at / part).named():  # what is refused meanwhile begins with this place
-                added = given
-                precision = None  # digits, and errors that the digits do not tell
-                if isinstance(given, str | Path):
-                    content = read_matrix(given)
-                    added = _on_rows_of(system, content)
-                    precision = precision_of_file(content, added)
+            with (at / part).named():  # a refusal inside begins with this key
+                array = source
+                precision = None  # number of digits, and errors that these do not give
+                if isinstance(source, str | Path):
+                    content = read_matrix(source)
+                    array = _on_rows_of(system, content)
+                    precision = precision_of_file(content, array)
                     assumptions += content.assumptions
-                _refuse_frame_of_other_rows(system, given)
-                matrix = given_matrix(added, real=part == "M")
+                _refuse_frame_of_other_rows(system, source)
+                matrix = given_matrix(array, real=part == "M")
                 if precision is None:
-                    precision = precision_of_floats(matrix, short_floats(given))
+                    precision = precision_of_floats(matrix, short_floats(source))
             if matrix.shape != (system.n, system.n):
-                words = f"shape {matrix.shape} is not allowed; the system has {system.n} rows"
-                raise (at / part).refuse(words)
+                reason = f"shape {matrix.shape} is not allowed; the system has {system.n} rows"
+                raise (at / part).refuse(reason)
             digits, errors = precision
             parts[part].append(Term(matrix, Formula(name), digits, errors=errors))
         parameters[name] = 0.0
@@ -104,29 +104,29 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
     ).assuming(*assumptions)
 
 
-def _refuse_frame_of_other_rows(system: TermSystem, given: object) -> None:
+def _refuse_frame_of_other_rows(system: TermSystem, source: object) -> None:
     """Raise InputError for a data frame whose labels are not those of the system's rows."""
-    labels = labels_of(given)
+    labels = labels_of(source)
     if labels is not None and system.labels:
         index, columns = labels
         refuse_other_labels({"rows": list(system.labels), "index": index, "columns": columns})
 
 
-def _on_rows_of(system: TermSystem, given: MatrixFile) -> csc_array:
+def _on_rows_of(system: TermSystem, file: MatrixFile) -> csc_array:
     """A matrix from a file on the rows of a system, by their labels where both have them.
 
     Raises InputError for labelled rows that the system has not.
     """
-    if not (system.labels and given.labels):
-        return given.matrix
-    if given.numbered and given.labels != system.labels:
+    if not (system.labels and file.labels):
+        return file.matrix
+    if file.numbered and file.labels != system.labels:
         raise InputError(OTHER_ROWS)
-    foreign = sorted({*given.labels} - {*system.labels})
+    foreign = sorted({*file.labels} - {*system.labels})
     if foreign:
         node, direction = foreign[0]
-        words = f"{len(foreign)} rows, the first is degree of freedom {direction} of node {node}"
-        raise InputError(f"the system has no {words}; rows of the system are allowed")
-    matrix = on_rows(given, system.labels)
+        rows = f"{len(foreign)} rows, the first is degree of freedom {direction} of node {node}"
+        raise InputError(f"the system has no {rows}; rows of the system are allowed")
+    matrix = on_rows(file, system.labels)
     # a system with modal damping has rows without labels behind the labelled ones: they stay empty
     matrix.resize((system.n, system.n))
     return matrix
@@ -151,7 +151,7 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
     slopes_of_groups = []
     conditions = []
     for group in groups:
-        # where matrices follow the frequency the group has one root; else any omega serves
+        # where matrices follow the frequency this is that of the only root; else it is not used
         omega = max((root.value.imag for root in group), default=None)
         frozen = at_value.frozen(omega)
         at_held_frequency, condition = sensitivities(frozen.at(), derivatives(frozen), group)
@@ -266,9 +266,9 @@ def threshold_slopes(
         frozen = system.replace({system.parameter: value}).frozen(omega)
         changes = derivatives(frozen)
         by_free_parameter = changes.pop(system.parameter)
-        at = singular_at(scaled, value, 1j * omega)
+        null = singular_at(scaled, value, 1j * omega)
         at_held_frequency = {}  # for each parameter the derivatives (2,) of value and frequency
-        for name, pair in crossing_slopes(at, frozen.at(), by_free_parameter, changes).items():
+        for name, pair in crossing_slopes(null, frozen.at(), by_free_parameter, changes).items():
             at_held_frequency[name] = np.array(pair)
         # pair[1] is the derivative of the frequency in Hz
         slopes.append(at_own_frequency(system, at_held_frequency, lambda pair: 2 * np.pi * pair[1]))
@@ -278,7 +278,7 @@ def threshold_slopes(
 def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresholds:
     """Widen the interval of each threshold by how far it may move, to first order; a note says so.
 
-    It may move by the reduction of components, and by what the digits of data leave open. Where the
+    The reduction of components may move it, and what the digits of data leave open. Where the
     distance is not known, as where several modes cross at once, the interval becomes the whole
     range, and the thresholds are no longer certified. Intervals of proved thresholds hold for all
     data and stay.
@@ -312,8 +312,8 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     points = tuple(map(widened_one, answer.points))
     crossings = tuple(map(widened_one, answer.crossings))
     certified = answer.certified
-    # the interval is the whole range where the distance is infinite
-    if certified and any(one.interval == (answer.low, answer.high) for one in crossings):
+    whole_range = (answer.low, answer.high)  # the interval where the distance is infinite
+    if certified and any(crossing.interval == whole_range for crossing in crossings):
         certified = False
         details["doubts"] = [BY_DIGITS, *answer.doubts]
     return replace(answer, points=points, crossings=crossings, certified=certified)
@@ -349,32 +349,32 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     system = scaled.system
     root = 1j * omega
     frozen = system.replace({system.parameter: value, **system.frequency(omega)})
-    at = singular_at(scaled, value, root)
-    r = _open_residual(frozen, reduced, at, root)  # its size
+    null = singular_at(scaled, value, root)
+    r = _open_residual(frozen, reduced, null, root)  # its size
     if not math.isfinite(r):
         return math.inf
-    x = at.right[:, None]
-    y = at.left[:, None]
+    x = null.right[:, None]
+    y = null.left[:, None]
     dK = r * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
     changes = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
     by_free_parameter = frozen.derivative(system.parameter)
-    slopes = crossing_slopes(at, frozen.at(), by_free_parameter, changes)
-    shift_by_real, _ = slopes["real"]
+    slopes = crossing_slopes(null, frozen.at(), by_free_parameter, changes)
+    shift_by_real, _ = slopes["real"]  # the second is the derivative of the frequency
     shift_by_imaginary, _ = slopes["imaginary"]
     return math.hypot(shift_by_real, shift_by_imaginary)
 
 
 def _open_residual(
-    frozen: TermSystem, reduced: Assembly | None, at: Singular, root: complex
+    frozen: TermSystem, reduced: Assembly | None, null: Singular, root: complex
 ) -> float:
     """A bound of |y^H dP x| at a root, rad/s, on the axis: dP is what reduction and digits leave
-    open of P = root^2 M + root C + K."""
-    x = np.abs(at.right)
-    y = np.abs(at.left)
+    open of P = root^2 M + root C + K, x and y are the null vectors of P."""
+    x = np.abs(null.right)
+    y = np.abs(null.left)
     dM, dC, dK = data_errors(frozen)
     bound = float(y @ (abs(root) ** 2 * (dM @ x) + abs(root) * (dC @ x) + dK @ x))
     if reduced is not None:
-        vectors = at.right[:, None], at.left[:, None]
+        vectors = null.right[:, None], null.left[:, None]
         truncation = reduced.truncation_term([root], *vectors, frozen.parameters)
         bound += abs(truncation.value.item()) + abs(truncation.uncertainty.item())
     return bound
@@ -384,7 +384,8 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     """Compute the null vectors of P = z^2 M + z C + K at a root z on the imaginary axis.
 
     Inverse iteration, by turns with P^-1 and P^-H: P is nearly singular, so that the singular
-    vectors of its least singular value dominate. A second pair of vectors shows a double root.
+    vectors of its least singular value dominate. A second pair of vectors is iterated too: if it
+    also solves the equations, two roots cross at once.
 
     Parameters
     ----------
@@ -416,14 +417,14 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
             return factor.solve(b.conj(), transposed=True).conj()
         return factor.solve(b)
 
-    count = min(2, problem.n)
-    x: NDArray = np.random.default_rng(1).standard_normal((problem.n, count)) + 0j
+    pairs = min(2, problem.n)
+    x: NDArray = np.random.default_rng(1).standard_normal((problem.n, pairs)) + 0j
     for _ in range(ITERATIONS):
-        # the first factor of QR is an orthonormal basis of the two columns
+        # the first factor of QR is an orthonormal basis of the columns
         y = np.linalg.qr(solve(x, adjoint=True))[0]
         x = np.linalg.qr(solve(y, adjoint=False))[0]
-    # |y^H P x| (count,), and how large it is at most for a root to cross here
-    residuals = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
+    # of each pair |y^H P x| (pairs,), and how large it is at most for a root to cross here
+    residuals = np.abs(np.sum(y.conj() * problem.apply(np.full(pairs, root), x), axis=0))
     if root:
         largest = _residuals_nearby(problem, root, x, y)
     else:
@@ -433,7 +434,7 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
         sizes = (abs(problem.K) + of_parameter) @ np.abs(x)
         largest = ROUNDED * np.sum(np.abs(y) * sizes, axis=0)
         largest[0] = np.inf  # the first pair counts as a root: only the second one is checked
-    crosses_here = residuals <= largest  # (count,), for each pair of vectors
+    crosses_here = residuals <= largest  # (pairs,)
     if crosses_here.sum() != 1:
         crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
@@ -449,10 +450,10 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
 def _residuals_nearby(
     problem: ScaledProblem, root: complex, x: ComplexArray, y: ComplexArray
 ) -> NDArray[np.float64]:
-    """How large |y^H P x| (k,) is if a root lies `NEAR` |z| away from z, for pairs (n, k) of x, y.
+    """How large |y^H P x| (k,) is if a root lies `NEAR` |z| away from z, for columns x, y (n, k).
 
-    A root that lies dz away has y^H P x = dz y^H (2 z M + C) x. A mode without mass is damped, so
-    that the larger term is taken.
+    A root that lies dz away has y^H P x = dz y^H (2 z M + C) x. The larger of both terms is taken:
+    of a mode without mass that is the one of C.
     """
 
     def magnitude(X: csc_array) -> NDArray[np.float64]:

@@ -27,7 +27,7 @@ from squeal.sparse.quadratic import PROGRESS, Roots
 from squeal.sparse.reduction import Reduction
 
 
-class _Common(NamedTuple):
+class _SharedInput(NamedTuple):
     """What all values of a sweep share: it is sent once to each process.
 
     Without a reduction the system itself is solved at each value, and the referee judges the roots
@@ -51,7 +51,7 @@ class TrackedModes(NamedTuple):
         The intervals of the parameter in which it is lost which mode is which.
     reference : Step
         The step at which modes are numbered by rising frequency: that at the requested value, or at
-        the system's own one, where the sweep holds it, else that at the lowest value.
+        the system's present one, where the sweep holds it, else that at the lowest value.
     """
 
     steps: tuple[Step, ...]
@@ -83,7 +83,7 @@ def track_modes(
     workers : int
         Processes.
     numbered_at : float, optional
-        One of the values, at which modes are numbered; left out, the system's own value.
+        One of the values, at which modes are numbered; left out, the system's present value.
     is_judged : bool
         Whether the referee judges the roots of a small system, which may take half of the time.
 
@@ -94,18 +94,18 @@ def track_modes(
     """
     system = file.system
     parameter = system.parameter
-    own_value = system.parameters[parameter]
+    present_value = system.parameters[parameter]
     small = is_small(system)
     if not small and reduction is None and selection == EigenvalueSelection():
         raise InputError(NO_BAND)
     expensive = reduction is None and not small  # each value is a search in the full system
-    # the values, and the own one, at which modes are numbered
+    # modes are numbered at the present value: a cheap sweep that passes it computes it too
     computed = set(values)
-    if min(values) < own_value < max(values) and not expensive:
-        computed.add(own_value)
+    if min(values) < present_value < max(values) and not expensive:
+        computed.add(present_value)
     rising = sorted(computed)
-    common = _Common(file, selection, reduction, is_judged)
-    tasks = mapped(_step_and_roots, rising, workers, common)
+    shared = _SharedInput(file, selection, reduction, is_judged)
+    tasks = mapped(_step_and_roots, rising, workers, shared)
     computed_roots = dict(zip(rising, counted(tasks, len(rising), PROGRESS.get()), strict=True))
     # vectors are those of the system itself, or of the reduced one
     system_of_vectors = system if reduction is None else reduction.system
@@ -140,7 +140,7 @@ def track_modes(
     if expensive:
         values_between = 0
     if numbered_at is None:
-        numbered_at = own_value
+        numbered_at = present_value
     numbered, losses, reference = assign_mode_numbers(
         steps, tracked_at, numbered_at, values_between
     )
@@ -148,36 +148,36 @@ def track_modes(
     return TrackedModes(tuple(step_at[value] for value in values), losses, reference)
 
 
-def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
+def _step_and_roots(shared: _SharedInput, value: float) -> tuple[Step, Roots]:
     """Compute the roots at a value of the parameter: a task of a process.
 
     Returns the step with the listed roots, and the roots with vectors, by which modes are tracked.
     """
-    file, selection, reduction, is_judged = common
+    file, selection, reduction, is_judged = shared
     if reduction is None:
         roots = _roots_of_full(file, selection, value, is_judged)
     else:
         roots = roots_of_reduction(reduction, {file.system.parameter: value})
-    order = ordered(roots.values)
-    if selection.modes is not None:
-        upper = order[roots.values[order].imag >= 0.0]
-        order = upper[lowest(roots.values[upper], selection.modes)]
+    listed = ordered(roots.values)  # indices of the roots by rising frequency
+    if selection.modes is not None:  # of pairs the upper root alone
+        upper = listed[roots.values[listed].imag >= 0.0]
+        listed = upper[lowest(roots.values[upper], selection.modes)]
     step = Step(
         value=value,
-        roots=roots.values[order],
-        residuals=roots.residuals[order],
+        roots=roots.values[listed],
+        residuals=roots.residuals[listed],
         verdict=roots.verdict,
         spurious=roots.spurious,
-        rounding=roots.rounding[order],
-        corrected=None if roots.corrected is None else roots.corrected[order],
+        rounding=roots.rounding[listed],
+        corrected=None if roots.corrected is None else roots.corrected[listed],
         certified=roots.certified,
-        modes=mode_numbers(roots.values)[order],  # also those that are not listed have one
+        modes=mode_numbers(roots.values)[listed],  # roots that are not listed count too
     )
     return step, roots.with_vectors
 
 
-def as_known(file: SystemFile, selection: EigenvalueSelection, step: Step) -> Step:
-    """A step without the verdict or the certificate that does not hold of what is known.
+def qualified_by_data(file: SystemFile, selection: EigenvalueSelection, step: Step) -> Step:
+    """A step of a sweep without a verdict or a certificate that the data do not support.
 
     - The verdict of a reduced system, which knows nothing of digits, is withdrawn where the digits
       of files leave the sign of a growth rate of the system itself open.

@@ -146,8 +146,8 @@ class SystemAnalysis:
         parameter = self.system.parameter
         if values is None:
             values = [self.system.parameters[parameter]]
-        index = np.linspace(0, len(values) - 1, min(most, len(values)))
-        changes = [{parameter: values[round(k)]} for k in index.tolist()]
+        positions = np.linspace(0, len(values) - 1, min(most, len(values)))
+        changes = [{parameter: values[round(k)]} for k in positions.tolist()]
         return reduced_for(self.system, self.selection, changes, method)
 
 
@@ -175,16 +175,18 @@ def _warn_of_missing_mass(system: TermSystem) -> None:
 
 
 def _warn_of_swapped_matrices(system: TermSystem) -> None:
-    """Warn of a system of which half of the rows, the others held, vibrate more slowly than
-    `SWAPPED`."""
+    """Warn of a system of which half of the rows vibrate more slowly than `SWAPPED`.
+
+    Row i, with the other rows held, vibrates at the angular frequency (|K_ii| / |M_ii|)^1/2.
+    """
     M, _, K = system.at()
     masses = np.abs(M.diagonal())
-    squares = np.full(system.n, np.inf)
+    squares = np.full(system.n, np.inf)  # of angular frequencies; infinite without mass
     np.divide(np.abs(K.diagonal()), masses, out=squares, where=masses > 0.0)
-    middle = math.sqrt(np.median(squares)) / math.tau
-    if 0.0 < middle < SWAPPED:
+    median_hz = math.sqrt(np.median(squares)) / math.tau
+    if 0.0 < median_hz < SWAPPED:
         Place(system.name or "system").warn(
-            f"half of the rows vibrate at {middle:.1g} Hz and less where the others are held; "
+            f"half of the rows vibrate at {median_hz:.1g} Hz and less where the others are held; "
             "are M and K swapped?"
         )
 
@@ -212,9 +214,9 @@ def _check_memory(system: TermSystem, limit: float | None) -> None:
     on three-dimensional solids; a full matrix takes what its entries need. Raises ComputationError.
     """
     entries = max(int(getattr(term.matrix, "nnz", term.matrix.size)) for term in system.terms)
-    # bytes: no more than all n^2 complex entries, else as measured
+    # bytes: 16 for a complex entry, of a full factor n^2 of these; else as measured
     factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
-    subspace = 16 * 2 * 180 * system.n  # 180 complex vectors of the first-order form
+    subspace = 16 * 2 * 180 * system.n  # 180 complex vectors (2n,) of the first-order form
     needed = factor + subspace
     free = _free_memory() if limit is None else limit
     if needed > free:
