@@ -11,7 +11,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
-from squeal.queries.options import Progress, upper_end
+from squeal.queries.options import Band, Progress, upper_end
 from squeal.queries.parameter_space import (
     NO_PAD,
     ROUNDING,
@@ -170,7 +170,7 @@ def advise(
     subject: object,
     tolerances: Mapping[str, float | str] | None = None,
     high: Positive | None = None,
-    band: tuple[float, float] | None = None,
+    band: Band | None = None,
     memory: Positive | None = None,
     progress: Progress | None = None,
 ) -> Advice:

@@ -14,8 +14,10 @@ from squeal.errors import InputError
 from squeal.io.coordinates import DIRECTIONS, NO_DIRECTION, Coordinates
 from squeal.io.tables import number_in, read_table
 from squeal.io.writing import Answer, Column, Panel, Table, columns
+from squeal.linear.continuation import Bools
 from squeal.linear.labels import labels_of
-from squeal.linear.matrices import dense, given_matrix
+from squeal.linear.matrices import Array, dense, given_matrix
+from squeal.linear.roots import ComplexArray
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import SystemSource
 from squeal.schema import POSITIVE, Place, Positive, public
@@ -27,7 +29,7 @@ DAMPING = "damping_ratio"
 IGNORED = ("real [1/s]", "error [1/s]", "residual", "condition")  # columns of saved eigenvalues
 
 
-def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
+def mac(X: ArrayLike, Y: ArrayLike) -> Array:
     """Modal assurance criterion of shapes, 1 for equal ones whatever their scale and phase.
 
     Parameters
@@ -84,7 +86,7 @@ class Mode(NamedTuple):
     name: str | int
     frequency_hz: float
     damping: float | None
-    shape: NDArray[np.complex128]
+    shape: ComplexArray
 
 
 class Pair(NamedTuple):
@@ -124,7 +126,7 @@ class Pairs(Answer):
     reference: str
     pairs: tuple[Pair, ...]
     tolerance: float
-    mac: NDArray[np.float64] = field(repr=False)
+    mac: Array = field(repr=False)
     warnings: tuple[str, ...] = ()
 
     @property
@@ -234,9 +236,9 @@ class PairingCosts(NamedTuple):
     cost: of the pair, see `pairing_costs`.
     """
 
-    difference: NDArray[np.float64]
-    mac: NDArray[np.float64]
-    cost: NDArray[np.float64]
+    difference: Array
+    mac: Array
+    cost: Array
 
 
 def pairing_costs(
@@ -292,7 +294,7 @@ def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
             raise InputError(f"compare: {rows} are not allowed; they must be the same")
 
 
-def _mac_of_modes(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.float64]:
+def _mac_of_modes(references: Sequence[Mode], modes: Sequence[Mode]) -> Array:
     """MAC (m, k) of each of m modes of the reference with each of k computed ones.
 
     It is taken over the rows that were measured in the mode of the reference, whose shape is NaN in
@@ -310,7 +312,7 @@ def _mac_of_modes(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[
     return macs
 
 
-def _equally_near(cost: NDArray[np.float64], most: float) -> list[NDArray[np.int64]]:
+def _equally_near(cost: Array, most: float) -> list[NDArray[np.int64]]:
     """For each mode of the reference the computed modes that cost at most `most` above the least.
 
     cost (m, k): of pairs, a row for each mode of the reference. Modes are indices of columns.
@@ -320,7 +322,7 @@ def _equally_near(cost: NDArray[np.float64], most: float) -> list[NDArray[np.int
     return [np.flatnonzero(np.abs(row - row.min()) <= most) for row in cost]
 
 
-def _counts_as_growing(modes: Sequence[Mode]) -> NDArray[np.bool_]:
+def _counts_as_growing(modes: Sequence[Mode]) -> Bools:
     """Whether each mode (m,) grows. One of unknown damping counts: tests measure what squeals."""
     return np.array([mode.damping is None or mode.damping < 0.0 for mode in modes])
 
@@ -386,7 +388,7 @@ def _entries_of_shapes(coordinates: Coordinates | None) -> dict[tuple[str, int],
 
 def _read_shape(
     cells: Mapping[str, str], here: Place, entries: Mapping[tuple[str, int], int], size: int
-) -> NDArray[np.complex128]:
+) -> ComplexArray:
     """A shape (size,) from cells under heads NODE:DOF, NaN where a cell is empty or missing.
 
     entries: the index of each node and direction. Raises InputError.

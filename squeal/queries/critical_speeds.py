@@ -24,6 +24,7 @@ from squeal.linear.roots import ComplexArray
 from squeal.linear.shaft import RPM
 from squeal.linear.system import TermSystem
 from squeal.queries.mode_paths import is_growing
+from squeal.queries.options import Band
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.system_analysis import SystemAnalysis, refuse_without_effect
 from squeal.queries.whirl import whirl_direction
@@ -301,7 +302,7 @@ def critical_speeds(
     high: float,
     low: float = 0.0,
     orders: Sequence[float] = (1.0,),
-    band: tuple[float, float] | None = None,
+    band: Band | None = None,
     memory: Positive | None = None,
 ) -> CriticalSpeeds:
     """Locate critical speeds: where a whirl frequency is the speed, or a multiple of it.

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from squeal.linear.matrices import divisor
+from squeal.linear.continuation import Bools
+from squeal.linear.matrices import Array, divisor
 from squeal.linear.paths import Loss, mode_numbers
-from squeal.linear.roots import assigned
+from squeal.linear.roots import ComplexArray, assigned
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import PadSource, unit_of
 from squeal.results.sweep import Step, Sweep
@@ -46,7 +46,7 @@ class Paths:
 
     def __init__(self, sweep: Sweep) -> None:
         self.values = values = np.array([step.value for step in sweep.steps])
-        path_of: dict[int, NDArray[np.complex128]] = {}
+        path_of: dict[int, ComplexArray] = {}
         of_step: list[dict[int, complex]] = []  # of each step the roots by the mode numbers there
         for k, step in enumerate(sweep.steps):
             of_step.append({mode: root.value for mode, root in step.root_of_mode().items()})
@@ -204,16 +204,14 @@ class Paths:
         return sorted(distances, key=distances.__getitem__)
 
 
-def is_growing(
-    roots: NDArray[np.complex128], rounding: NDArray[np.float64] | None = None
-) -> NDArray[np.bool_]:
+def is_growing(roots: ComplexArray, rounding: Array | None = None) -> Bools:
     """Which roots (m,) grow by more than rounding may move them, 1/s; left out, a share of each."""
     if rounding is None:
         rounding = GROWS * np.abs(roots)
     return roots.real > rounding
 
 
-def _join(path_of: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) -> dict[int, int]:
+def _join(path_of: dict[int, ComplexArray], losses: Sequence[Loss]) -> dict[int, int]:
     """Join each path that ends with the path of nearest frequency that begins in the same interval.
 
     path_of: by number the path (n,) of each mode that vibrates. It is changed in place: a joined
@@ -247,7 +245,7 @@ def _join(path_of: dict[int, NDArray[np.complex128]], losses: Sequence[Loss]) ->
     return lower
 
 
-def _known_roots(path: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _known_roots(path: ComplexArray) -> ComplexArray:
     """The roots of a path at those values that have them."""
     return path[np.isfinite(path)]
 

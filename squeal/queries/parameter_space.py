@@ -18,7 +18,7 @@ from squeal.io.writing import picked, unit_word
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.queries.options import MU_MAX
+from squeal.queries.options import MU_MAX, Band
 from squeal.queries.pads.stack import PadStack, parameters
 from squeal.queries.thresholds import thresholds
 from squeal.results.thresholds import Thresholds
@@ -195,7 +195,7 @@ class ParameterSpace:
         self,
         changes: Sequence[Mapping[str, float]],
         high: float,
-        band: tuple[float, float] | None = None,
+        band: Band | None = None,
     ) -> list[Outcome]:
         """The outcome of each change of some parameters, with friction up to `high`.
 
@@ -254,7 +254,7 @@ class ParameterSpace:
 
 
 def _outcome_of_query(
-    subject: Scene | TermSystem, high: float, band: tuple[float, float] | None = None
+    subject: Scene | TermSystem, high: float, band: Band | None = None
 ) -> Outcome:
     """The outcome of a subject by the query `thresholds`, with the reason if there is none.
 

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.linear.eigen import values_of
+from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.system import TermSystem
 from squeal.linear.verdicts import decide
 from squeal.queries.pads.equilibrium import analyse
@@ -81,9 +82,9 @@ class ReducedThresholdSamples:
 class _RootsOfSample:
     """Roots (m,), how far rounding or an error moves each, 1/s (m,), and residuals (m,)."""
 
-    roots: NDArray[np.complex128]
-    rounding: NDArray[np.float64]
-    residuals: NDArray[np.float64] | None = None
+    roots: ComplexArray
+    rounding: Array
+    residuals: Array | None = None
 
 
 @dataclass(frozen=True)

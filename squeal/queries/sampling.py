@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from squeal.linear.matrices import Array
 from squeal.queries.parameter_space import ParameterSpace
 from squeal.results.scatter import Spread
 from squeal.schema import FLAG, Group, Key, Named, Number, Place, Whole, Word, read_document, row
@@ -64,9 +64,7 @@ def require_spreads(spreads: Mapping[str, Spread]) -> None:
         raise Place("spreads").must_be(spreads, _SPREADS.named)
 
 
-def points_of_unit_cube(
-    design: str, samples: int, dimensions: int, seed: int
-) -> NDArray[np.float64]:
+def points_of_unit_cube(design: str, samples: int, dimensions: int, seed: int) -> Array:
     """Points (samples, dimensions) in the unit cube, of one of the `DESIGNS`.
 
     Raises InputError for a Sobol sequence whose length is no power of 2.
@@ -88,7 +86,7 @@ def points_of_unit_cube(
 
 
 def parameters_at(
-    space: ParameterSpace, spreads: Mapping[str, Spread], points: NDArray[np.float64]
+    space: ParameterSpace, spreads: Mapping[str, Spread], points: Array
 ) -> list[dict[str, float]]:
     """The parameters, by name, of each point (n, d) of the unit cube.
 
@@ -104,9 +102,7 @@ def parameters_at(
     return samples
 
 
-def _values_at(
-    space: ParameterSpace, name: str, spread: Spread, probabilities: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _values_at(space: ParameterSpace, name: str, spread: Spread, probabilities: Array) -> Array:
     """The quantiles (n,) of a parameter's distribution at probabilities (n,) between 0 and 1."""
     from scipy.special import ndtri
 

@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
+from squeal.linear.matrices import Array
 from squeal.linear.system import TermSystem
 from squeal.queries import sample_journal
-from squeal.queries.options import FRICTION_END, RandomNumbers, seed_of, upper_end
+from squeal.queries.options import FRICTION_END, Band, RandomNumbers, seed_of, upper_end
 from squeal.queries.parameter_space import (
     NO_EQUILIBRIUM,
     NO_PAD,
@@ -47,7 +47,7 @@ class _Plan(NamedTuple):
     design: str
     indices: bool
 
-    def points(self) -> NDArray[np.float64]:
+    def points(self) -> Array:
         """Points of the unit cube, one for each sample, see `parameters_at`."""
         dimensions = len(self.spreads)
         if not self.indices:
@@ -64,7 +64,7 @@ def scatter(
     rng: RandomNumbers = 1,
     high: Positive | None = None,
     of: Measure = "threshold",
-    band: tuple[float, float] | None = None,
+    band: Band | None = None,
     design: str = "random",
     indices: bool = False,
     workers: int = 1,

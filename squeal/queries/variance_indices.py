@@ -9,8 +9,8 @@ d + 2 of them.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from squeal.linear.matrices import Array
 from squeal.results.scatter import CONFIDENCE, Index
 from squeal.schema import Place
 
@@ -18,7 +18,7 @@ RESAMPLED = 400  # times, for the confidence intervals
 FEWEST = 8  # samples for which indices are computed
 
 
-def points_for_indices(unit: NDArray[np.float64]) -> NDArray[np.float64]:
+def points_for_indices(unit: Array) -> Array:
     """Points ((d + 2) n, d) at which the result is needed: A, B, AB_1, ..., AB_d below each other.
 
     Parameters
@@ -37,9 +37,7 @@ def points_for_indices(unit: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.concatenate(points)
 
 
-def sobol_indices(
-    names: Sequence[str], values: NDArray[np.float64], seed: int, same: float
-) -> tuple[Index, ...]:
+def sobol_indices(names: Sequence[str], values: Array, seed: int, same: float) -> tuple[Index, ...]:
     """First-order and total indices of each parameter with bootstrapped intervals.
 
     Parameters
@@ -88,7 +86,7 @@ def sobol_indices(
     return tuple(sorted(indices, key=lambda index: -index.total))
 
 
-def _shares_of_variance(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shares_of_variance(values: Array) -> Array:
     """First-order and total indices (2, d) from results (d + 2, n) at A, B, AB_1, ..., AB_d.
 
     First order: ``mean(f(B) (f(AB_i) - f(A))) / var(f)``, with f(B) about the mean of all, which

@@ -22,7 +22,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.linear import Judgement, Spectrum, SystemFunction
 from squeal.linear.eigen import spectrum_of
-from squeal.linear.matrices import EPS, checked, normalised_system
+from squeal.linear.matrices import EPS, Array, checked, normalised_system
 from squeal.linear.roots import STIFF, hides_slow_roots, roots_of
 from squeal.linear.verdicts import decide
 from squeal.model.contact import State
@@ -62,7 +62,7 @@ class KnownLinearisation(NamedTuple):
     """
 
     matrices: Linearisation
-    errors: tuple[np.ndarray, np.ndarray] | None = None
+    errors: tuple[Array, Array] | None = None
     moved: EnclosedEquilibrium | None = None
     doubt: Doubt = Doubt.NONE
 
@@ -101,7 +101,7 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
     return KnownLinearisation(Linearisation(matrices.M, C.mid, K.mid), (C.rad, K.rad), enclosed)
 
 
-def _farthest(X: np.ndarray, ball: Balls) -> np.ndarray:
+def _farthest(X: Array, ball: Balls) -> Array:
     """How far entries X (3, 3) may lie from the numbers that their balls enclose, at most."""
     from squeal.proof.balls import upper
 
@@ -109,16 +109,14 @@ def _farthest(X: np.ndarray, ball: Balls) -> np.ndarray:
     return np.where(ball.mid == X, ball.rad, distance)
 
 
-def is_known(X: np.ndarray, error: np.ndarray) -> bool:
+def is_known(X: Array, error: Array) -> bool:
     """Whether a matrix (3, 3) whose entries may be off by `error` is known to `MATRIX_DIGITS`."""
     from squeal.proof.balls import half_widths
 
     return bool(np.all(error <= half_widths(X, MATRIX_DIGITS)))
 
 
-def _hangs_on_rounding(
-    model: PadModel, q: np.ndarray, state: State, matrices: Linearisation
-) -> bool:
+def _hangs_on_rounding(model: PadModel, q: Array, state: State, matrices: Linearisation) -> bool:
     """Whether rounding of an equilibrium q (3,) may change the verdict on the matrices about it."""
     M, C, K = matrices
     mass_root = np.sqrt(np.outer(np.diag(M), np.diag(M)))  # M^-1/2 K M^-1/2 is K / mass_root
@@ -136,7 +134,7 @@ def _hangs_on_rounding(
     return bool(hangs_on_rounding((K / mass_root)[None], B, error)[0])
 
 
-def damping_errors(scene: Scene) -> np.ndarray:
+def damping_errors(scene: Scene) -> Array:
     """How far the entries (3, 3) of a scene's damping matrix may be off, to first order.
 
     Ratios and Rayleigh's factors make C = M^1/2 B M^1/2 with a function B, `normalised_damping`, of

@@ -14,6 +14,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.equilibrium.statics import LIMITS, excursion
 from squeal.errors import InputError
@@ -21,6 +22,9 @@ from squeal.io.processes import mapped
 from squeal.io.scene import Scene
 from squeal.io.writing import unit_word
 from squeal.linear import VERDICTS
+from squeal.linear.continuation import Bools
+from squeal.linear.matrices import Array
+from squeal.linear.paths import Indices
 from squeal.model.pad import PARAMETERS
 from squeal.queries.pads.stack import STABLE_OR_MARGINAL, Names, PadStack, parameters, verdicts
 from squeal.results.map import Axis, Map
@@ -64,15 +68,13 @@ class PointVerdicts(NamedTuple):
         Where rounding may change the verdict; a map then leaves it open.
     """
 
-    codes: np.ndarray
-    contact: np.ndarray
-    beyond: np.ndarray
-    doubtful: np.ndarray
+    codes: NDArray[np.int8]
+    contact: NDArray[np.int8]
+    beyond: Bools
+    doubtful: Bools
 
 
-def codes_at(
-    scene: Scene, names: Names, values: np.ndarray, compiled: bool = False
-) -> PointVerdicts:
+def codes_at(scene: Scene, names: Names, values: Array, compiled: bool = False) -> PointVerdicts:
     """Compute the verdict at each of n points: of a scene's pad with some parameters replaced.
 
     It is that on the equilibrium on the branch from mu = 0 (B3: about the origin). Modal damping
@@ -131,12 +133,10 @@ class _Block(NamedTuple):
 
     scene: Scene
     names: Names
-    points: np.ndarray
+    points: Array
 
 
-def _blocks(
-    scene: Scene, names: Names, x: np.ndarray, y: np.ndarray, size: int
-) -> Iterator[_Block]:
+def _blocks(scene: Scene, names: Names, x: Array, y: Array, size: int) -> Iterator[_Block]:
     """The grid of x (n1,) and y (n2,) cut into whole rows, of about `size` points each."""
     rows = max(1, size // len(y))
     for start in range(0, len(x), rows):
@@ -150,7 +150,7 @@ def _codes_of(compiled: bool, block: _Block) -> PointVerdicts:
 
 
 def on_grid(
-    scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray, workers: int = 1
+    scene: Scene, names: tuple[str, str], x: Array, y: Array, workers: int = 1
 ) -> PointVerdicts:
     """Compute the verdicts, contact states and exceeded limits on a grid of two parameters.
 
@@ -285,7 +285,7 @@ def stability_map(
     )
 
 
-def _inadmissible(codes: np.ndarray, beyond: np.ndarray) -> list[str]:
+def _inadmissible(codes: NDArray[np.int8], beyond: Bools) -> list[str]:
     """A sentence for each reason why points are inadmissible, with their share.
 
     codes (n1, n2), beyond (3, n1, n2): as of `PointVerdicts`, on the grid of the map.
@@ -299,7 +299,7 @@ def _inadmissible(codes: np.ndarray, beyond: np.ndarray) -> list[str]:
     return [f"{_share(points)} {words}" for words, points in reasons.items() if points.any()]
 
 
-def _span(values: np.ndarray, unit: str) -> str:
+def _span(values: Array, unit: str) -> str:
     """The range of the finite values, with its unit, in words."""
     finite = values[np.isfinite(values)]
     if not finite.size:
@@ -307,14 +307,14 @@ def _span(values: np.ndarray, unit: str) -> str:
     return f"{finite.min():.6g} to {finite.max():.6g} {unit}"
 
 
-def _share(is_point: np.ndarray) -> str:
+def _share(is_point: Bools) -> str:
     """The share of the points at which an array of bool is true, in words."""
     return f"{100 * is_point.mean():.3g} % of the points"
 
 
 def _quantity(
     scene: Scene, axes: tuple[Axis, Axis], name: str, workers: int
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[Array, Bools]:
     """Compute one of the `QUANTITIES` over two axes.
 
     Returns its values (n1, n2), NaN where there is none, and where (n1, n2) it is unknown.
@@ -327,7 +327,7 @@ def _quantity(
     return np.concatenate(values).reshape(shape), np.concatenate(unknown).reshape(shape)
 
 
-def _quantity_of(name: str, block: _Block) -> tuple[np.ndarray, np.ndarray]:
+def _quantity_of(name: str, block: _Block) -> tuple[Array, Bools]:
     """One of the `QUANTITIES` at the points (k,) of a block, and where it is unknown (k,): a task
     of a process."""
     stack = PadStack.of(*block)
@@ -343,7 +343,7 @@ def _quantity_of(name: str, block: _Block) -> tuple[np.ndarray, np.ndarray]:
 
 
 def threshold_curves(
-    scene: Scene, axes: tuple[Axis, Axis], codes: np.ndarray
+    scene: Scene, axes: tuple[Axis, Axis], codes: NDArray[np.int8]
 ) -> list[dict[str, Any]]:
     """Trace the curves on which stability is lost: between stable or marginal points and others.
 
@@ -412,12 +412,12 @@ def threshold_curves(
     return curves
 
 
-def _values_at(axes: tuple[Axis, Axis], shares: np.ndarray) -> np.ndarray:
+def _values_at(axes: tuple[Axis, Axis], shares: Array) -> Array:
     """Both parameters (2, points) at shares (2, points) of their axes."""
     return np.array([axes[0].at(shares[0]), axes[1].at(shares[1])])
 
 
-def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _ends_across(traced: Sequence[Array], stable: Bools) -> tuple[Array, Array]:
     """The two neighbouring points of the map between which each traced point lies.
 
     Parameters
@@ -445,8 +445,8 @@ def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.n
 
 
 def _parts_of_one_kind(
-    line: np.ndarray, points: np.ndarray, kinds: np.ndarray
-) -> list[tuple[np.ndarray, bool]]:
+    line: Indices, points: Array, kinds: NDArray[np.str_]
+) -> list[tuple[Indices, bool]]:
     """Cut a line where its kind changes.
 
     Parameters
@@ -476,6 +476,6 @@ def _parts_of_one_kind(
     return [(part, is_whole) for part in parts if len(part) > 1]
 
 
-def _changes_of(values: np.ndarray) -> np.ndarray:
+def _changes_of(values: NDArray) -> Indices:
     """The indices at which a value differs from the one before."""
     return np.flatnonzero(values[1:] != values[:-1]) + 1

@@ -20,6 +20,7 @@ from squeal.equilibrium.damping import (
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint
+from squeal.linear.matrices import Array
 from squeal.linear.paths import mode_numbers
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.model.contact import State
@@ -47,14 +48,14 @@ class Change:
         Of the gaps of the contact points at that equilibrium.
     """
 
-    loads: np.ndarray
-    M: np.ndarray
-    C: np.ndarray
-    K: np.ndarray
-    gaps: np.ndarray
+    loads: Array
+    M: Array
+    C: Array
+    K: Array
+    gaps: Array
 
 
-def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
+def change(model: PadModel, q: Array, state: State, name: str) -> Change:
     """Compute the derivatives by one parameter p about an equilibrium, exact to rounding.
 
     Dual numbers (value and derivative by p) carry p through the model; the derivatives by the
@@ -76,7 +77,7 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
     c = coefficients(dual, pad, model.law.absolute_gap)
 
-    def load_slopes(at: np.ndarray, dq: np.ndarray, speed: complex | None = None) -> np.ndarray:
+    def load_slopes(at: Array, dq: Array, speed: complex | None = None) -> Array:
         """d loads / dp (3,) of the pad at the position `at` (3,), which moves by dq (3,) per p.
 
         speed: velocity of the pad along the surface, which friction may depend on; 0 if left out.
@@ -107,13 +108,13 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     return Change(loads, dM, dC, dK, dgaps)
 
 
-def _moving(q: np.ndarray, dq: np.ndarray) -> tuple[Dual, Dual, Dual]:
+def _moving(q: Array, dq: Array) -> tuple[Dual, Dual, Dual]:
     """A position (x, y, theta) as dual numbers: q (3,) with the derivative dq (3,)."""
     x, y, theta = map(Dual, q, dq)
     return x, y, theta
 
 
-def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict[str, Change]:
+def _changes(scene: Scene, model: PadModel, q: Array, state: State) -> dict[str, Change]:
     """Compute the derivatives by each parameter about an equilibrium q (3,), with the damping.
 
     Damping by ratios or Rayleigh's factors is C = M^1/2 B(A) M^1/2 with A = M^-1/2 K M^-1/2 of the
@@ -213,7 +214,7 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         # the left vector y of the singular matrix has y^H M^-1/2 K M^-1/2 = 0, so that the row
         # y^H M^-1/2 is the left singular vector of K
         left = np.sqrt(inverse_masses) * Singular.of(matrices, 0j).left.conj()
-        return _without_frequency({name: left @ by.loads for name, by in changes.items()})
+        return _without_frequency({name: complex(left @ by.loads) for name, by in changes.items()})
     scaled = {}
     for name, by in changes.items():
         scaled[name] = (by.M * unit, by.C * unit, by.K * unit)

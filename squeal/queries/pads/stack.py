@@ -13,6 +13,7 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.equilibrium.branch import BranchEnd, Branches, NodeKind, follow
 from squeal.equilibrium.damping import UNSTABLE, normalised_damping
@@ -21,14 +22,17 @@ from squeal.equilibrium.statics import Equilibria, Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.linear import VERDICTS, damped_verdicts, errors_may_change, undamped_verdicts
-from squeal.linear.matrices import EPS, first_order
+from squeal.linear.continuation import Bools
+from squeal.linear.matrices import EPS, Array, first_order
+from squeal.linear.paths import Indices
+from squeal.linear.roots import ComplexArray
 from squeal.model.contact import contact_model
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.differentiation import complex_step
 
 Names = tuple[str, ...]
-StiffnessAndDamping = tuple[np.ndarray, np.ndarray | None]
+StiffnessAndDamping = tuple[Array, Array | None]
 STABLE_OR_MARGINAL = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
 GRID_POINTS = 64  # values of mu, between 0 and its end, at which verdicts are computed at least
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
@@ -78,15 +82,15 @@ class _Intervals(NamedTuple):
         Pads without an equilibrium in contact at mu = 0.
     """
 
-    pad: np.ndarray
-    start: np.ndarray
-    stop: np.ndarray
-    begins_at_change: np.ndarray
-    at: Callable[[np.ndarray, np.ndarray], Equilibria]
-    mu_end: np.ndarray
+    pad: Indices
+    start: Array
+    stop: Array
+    begins_at_change: Bools
+    at: Callable[[Indices, Array], Equilibria]
+    mu_end: Array
     ends: list[str]
-    interrupted: np.ndarray
-    no_start: np.ndarray
+    interrupted: Bools
+    no_start: Bools
 
 
 class _Stability(NamedTuple):
@@ -100,8 +104,8 @@ class _Stability(NamedTuple):
         Numbers that vanish where a pair, and where a real root, begins to grow; see `margins`.
     """
 
-    no_unstable_mode: np.ndarray
-    margins: np.ndarray
+    no_unstable_mode: Bools
+    margins: Array
 
 
 class _FrictionGrid(NamedTuple):
@@ -117,9 +121,9 @@ class _FrictionGrid(NamedTuple):
         The value.
     """
 
-    interval: np.ndarray
-    number: np.ndarray
-    mu: np.ndarray
+    interval: Indices
+    number: Indices
+    mu: Array
 
 
 def _friction_grid(intervals: _Intervals, mu_max: float) -> _FrictionGrid:
@@ -154,11 +158,11 @@ class Losses(NamedTuple):
         Pads without an equilibrium in contact at mu = 0; their mu is 0.
     """
 
-    mu: np.ndarray
+    mu: Array
     kinds: list[str]
-    frequency_hz: np.ndarray
-    unknown: np.ndarray
-    no_start: np.ndarray
+    frequency_hz: Array
+    unknown: Bools
+    no_start: Bools
 
 
 def compiled_statics(statics: Statics, n: int) -> Statics:
@@ -170,7 +174,7 @@ def compiled_statics(statics: Statics, n: int) -> Statics:
     return CompiledStatics.of_pads(statics, n)
 
 
-def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
+def normalised(pad: Pad, X: Array) -> Array:
     """Mass-normalise matrices X (3, 3, n) of n pads: M^-1/2 X M^-1/2, (n, 3, 3)."""
     # m, m, I of the coordinates x, y, theta, each broadcast to (n,) as X[0, 0] is
     masses = np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3]
@@ -197,11 +201,11 @@ class PadStack:
 
     scene: Scene
     names: Names
-    values: np.ndarray
+    values: Array
     statics: Statics
 
     @staticmethod
-    def of(scene: Scene, names: Names, values: np.ndarray, compiled: bool = False) -> "PadStack":
+    def of(scene: Scene, names: Names, values: Array, compiled: bool = False) -> "PadStack":
         """The pads of a scene with the parameters `names` replaced by values (len(names), n).
 
         compiled: in machine code where heyoka is installed, see `squeal.equilibrium.compiled`.
@@ -240,7 +244,7 @@ class PadStack:
         return self.scene.pad_model.linear
 
     @property
-    def mu(self) -> np.ndarray:
+    def mu(self) -> Array:
         """The friction (n,) of each pad."""
         return np.broadcast_to(np.asarray(self.statics.model.pad.mu, dtype=float), (self.n,))
 
@@ -249,18 +253,18 @@ class PadStack:
         """The equilibria of the n pads without friction."""
         return rests(self.statics, self.n)
 
-    def branches(self, mu_max: np.ndarray) -> Branches:
+    def branches(self, mu_max: Array) -> Branches:
         """Follow the branches of equilibria from mu = 0 to mu_max (n,)."""
         return follow(self.statics, self.without_friction, mu_max)
 
-    def origin(self, mu: np.ndarray) -> Equilibria:
+    def origin(self, mu: Array) -> Equilibria:
         """Full contact about the origin at frictions mu (k,), as if an equilibrium."""
         z = np.zeros((4, mu.size))  # rows: x, y, w theta and mu
         z[3] = mu
         touching = np.ones((self.statics.model.law.points, mu.size), dtype=bool)
         return Equilibria(z, touching, np.ones(mu.size, dtype=bool))
 
-    def at_mu(self) -> tuple[Equilibria, np.ndarray]:
+    def at_mu(self) -> tuple[Equilibria, Bools]:
         """Compute the equilibria of the n pads, each at its own friction.
 
         A pad has no equilibrium where the branch from mu = 0 ends below its friction, or where
@@ -281,7 +285,7 @@ class PadStack:
         return at_mu._replace(exists=at_mu.exists & touches & ~hidden), interrupted | hidden
 
     @cached_property
-    def damping(self) -> np.ndarray | None:
+    def damping(self) -> Array | None:
         """Mass-normalised damping matrices (n, 3, 3) that the scene names, in natural units.
 
         None without damping.
@@ -315,7 +319,7 @@ class PadStack:
         return B
 
     @cached_property
-    def _stiffness_without_friction(self) -> np.ndarray:
+    def _stiffness_without_friction(self) -> Array:
         """Mass-normalised stiffness (n, 3, 3) without friction.
 
         Pads without an equilibrium have that of full contact, which no answer shows.
@@ -328,7 +332,7 @@ class PadStack:
         stiffness, _ = self._matrices(np.arange(self.n), at)
         return stiffness
 
-    def _matrices(self, pad: np.ndarray, at: Equilibria) -> StiffnessAndDamping:
+    def _matrices(self, pad: Indices, at: Equilibria) -> StiffnessAndDamping:
         """Linearise pads (k,) about k equilibria, without the damping that the scene names.
 
         Returns the mass-normalised stiffness, and the damping that falling friction makes, each
@@ -347,7 +351,7 @@ class PadStack:
         C = -complex_step(partial(model.loads, q, contact), np.zeros(q.shape))
         return normalised(model.pad, K), normalised(model.pad, C)
 
-    def matrices(self, pad: np.ndarray, at: Equilibria) -> StiffnessAndDamping:
+    def matrices(self, pad: Indices, at: Equilibria) -> StiffnessAndDamping:
         """Linearise pads (k,) about k equilibria: z'' + B z' + A z = 0.
 
         Returns the mass-normalised stiffness A and damping B (k, 3, 3); B is None where no pad has
@@ -358,9 +362,7 @@ class PadStack:
             B = self.damping[pad] if B is None else B + self.damping[pad]
         return A, B
 
-    def doubtful(
-        self, pad: np.ndarray, at: Equilibria, A: np.ndarray, B: np.ndarray | None
-    ) -> np.ndarray:
+    def doubtful(self, pad: Indices, at: Equilibria, A: Array, B: Array | None) -> Bools:
         """Where (k,) rounding may change the verdict on pads (k,) about k equilibria.
 
         A, B: their `matrices`. The verdict is in doubt too where rounding hides slow modes.
@@ -373,7 +375,7 @@ class PadStack:
         hides_modes = hides_slow_modes(A, B) & ~has_free_coordinate(A)
         return hangs_on_rounding(A, B, errors) | hides_modes
 
-    def fastest(self) -> tuple[np.ndarray, np.ndarray]:
+    def fastest(self) -> tuple[ComplexArray, Bools]:
         """Compute the eigenvalue (n,) of largest real part of each pad at its own friction, rad/s.
 
         The eigenvalue is NaN of a pad without an equilibrium; the second array (n,) of bool says
@@ -435,7 +437,7 @@ class PadStack:
             no_start=no_start,
         )
 
-    def _judge(self, intervals: _Intervals, pad: np.ndarray, mu: np.ndarray) -> _Stability:
+    def _judge(self, intervals: _Intervals, pad: Indices, mu: Array) -> _Stability:
         """The stability of pads (k,) at mu (k,) on their branches, computed some at a time."""
         no_unstable_mode = np.empty(pad.size, dtype=bool)
         margins_of_cases = np.empty((2, pad.size))
@@ -481,11 +483,11 @@ class PadStack:
     def _bisect(
         self,
         intervals: _Intervals,
-        pad: np.ndarray,
-        stable: np.ndarray,
-        unstable: np.ndarray,
+        pad: Indices,
+        stable: Array,
+        unstable: Array,
         narrow: float,
-    ) -> np.ndarray:
+    ) -> Array:
         """Locate by bisection where k pads lose stability, each between two values of mu.
 
         Parameters
@@ -517,7 +519,7 @@ class PadStack:
             high[i] = np.where(is_stable, high[i], middle)
         return high
 
-    def _losses(self, intervals: _Intervals, losing: np.ndarray, mu: np.ndarray) -> Losses:
+    def _losses(self, intervals: _Intervals, losing: Indices, mu: Array) -> Losses:
         """Name what happens first to each of the n pads, and its frequency.
 
         Pads of the numbers `losing` (k,) lose stability at mu (k,). All other pads lose their
@@ -602,7 +604,7 @@ class PadStack:
         mu[j[unstable]] = np.where(keep_left, left, right)[unstable]
         stable[j[unstable]] = False
 
-    def frequency_at_onset(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+    def frequency_at_onset(self, A: Array, B: Array | None) -> Array:
         """Compute the frequency (k,) in Hz of the pair that is about to flutter.
 
         Without damping that is the mean of the two frequencies nearest to each other, which are
@@ -629,7 +631,7 @@ class PadStack:
         return omega / self.statics.units.time / (2 * np.pi)
 
 
-def hangs_on_rounding(A: np.ndarray, B: np.ndarray | None, errors: np.ndarray) -> np.ndarray:
+def hangs_on_rounding(A: Array, B: Array | None, errors: Array) -> Bools:
     """Where (k,) the verdict on z'' + B z' + A z = 0 is in doubt.
 
     Parameters
@@ -638,12 +640,12 @@ def hangs_on_rounding(A: np.ndarray, B: np.ndarray | None, errors: np.ndarray) -
         In mass-normalised coordinates, and how far rounding of the equilibrium may move the entries
         of A, infinite where it hides the contact. Of all entries 12 digits count.
     """
-    unknown = ~np.isfinite(errors).all(axis=(1, 2))
+    unknown = np.any(~np.isfinite(errors), axis=(1, 2))
     known_errors = np.where(unknown[:, None, None], 0.0, errors)
     return unknown | errors_may_change(A, B, np.maximum(known_errors, KNOWN * np.abs(A)))
 
 
-def has_free_coordinate(A: np.ndarray) -> np.ndarray:
+def has_free_coordinate(A: Array) -> Bools:
     """Where (k,) a mass-normalised stiffness A (k, 3, 3) holds a coordinate by no spring.
 
     Springs at right angles to the surface, for instance, hold the pad along it by k cos^2(90
@@ -655,7 +657,7 @@ def has_free_coordinate(A: np.ndarray) -> np.ndarray:
     return np.asarray(squares.min(axis=1) <= EPS**2 * squares.max(axis=1))
 
 
-def hides_slow_modes(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+def hides_slow_modes(A: Array, B: Array | None) -> Bools:
     """Where (k,) rounding of a very large stiffness or damping may hide slow modes of
     z'' + B z' + A z = 0 with A, B (k, 3, 3).
 
@@ -670,7 +672,7 @@ def hides_slow_modes(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
     return singular_values[:, -1] <= HIDDEN * largest
 
 
-def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+def verdicts(A: Array, B: Array | None) -> NDArray[np.int8]:
     """Verdicts (k,), indices into `VERDICTS`, on z'' + B z' + A z = 0 with A, B (k, 3, 3).
 
     B may be None. Cases without damping get the verdict on undamped systems.
@@ -684,7 +686,7 @@ def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
     return codes
 
 
-def margins(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+def margins(A: Array, B: Array | None) -> Array:
     """Compute two margins (2, k) of stability of z'' + B z' + A z = 0 with A, B (k, 3, 3).
 
     Both are smooth and positive where nothing grows. The first vanishes where a pair begins to
