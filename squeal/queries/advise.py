@@ -26,7 +26,7 @@ from squeal.results.thresholds import Thresholds
 from squeal.schema import Place, Positive, public
 
 STEP = 0.02  # of a parameter, in rad of an angle
-SIDES = {"lowered": "lowering", "raised": "raising"}
+SIDES = {"lowered": "lowering", "raised": "raising"}  # what is done to a parameter, and the action
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,9 @@ class Advice(Answer):
         """
         changes = []
         for lever in self.levers:
-            for word, change in zip(SIDES.values(), lever.changes, strict=True):
-                if change:
-                    changes.append((change, lever, word))
+            for action, change in zip(SIDES.values(), lever.changes, strict=True):
+                if change:  # neither unknown nor 0
+                    changes.append((change, lever, action))
         return sorted(changes, key=itemgetter(0))
 
     def table(self) -> Table:
@@ -139,16 +139,16 @@ class Advice(Answer):
         """
         text = f"no threshold up to {self.name} = {self.mu_max:.3g}"
         if self.nominal.critical is not None:
-            at = f"{self.name} = {self.nominal.critical:.3g} (own {self.mu:.3g})"
-            text = f"{self.nominal.kind} from {at}"
+            onset = f"{self.name} = {self.nominal.critical:.3g} (own {self.mu:.3g})"
+            text = f"{self.nominal.kind} from {onset}"
         changes = self.changes
         if changes:
-            change, lever, word = changes[-1]
+            change, lever, action = changes[-1]
             if change > 0.0:
-                text += f"; best: {word} {lever.parameter} ({self.name} {change:+.2g})"
-            change, lever, word = changes[0]
+                text += f"; best: {action} {lever.parameter} ({self.name} {change:+.2g})"
+            change, lever, action = changes[0]
             if change < 0.0:
-                text += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
+                text += f"; worst: {action} {lever.parameter} ({self.name} {change:+.2g})"
         if self.first_order and changes:
             text += "; to first order in the change (`squeal thresholds --set` computes one)"
         return text
@@ -221,21 +221,21 @@ def advise(
     if isinstance(unchanged, TermSystem):
         space, notes = _without_seat_parameters(space, subject)
     steps = _steps(space, tolerances or {})
-    # for each parameter its lowered value and then its raised one
-    changes = []
+    # two for each parameter: its lowered value and then its raised one
+    changed_values = []
     for name, step in steps.items():
-        changes.append({name: space.values[name] - step})
-        changes.append({name: space.values[name] + step})
+        changed_values.append({name: space.values[name] - step})
+        changed_values.append({name: space.values[name] + step})
     warnings: tuple[str, ...] = ()
     if isinstance(unchanged, TermSystem):
         answer = thresholds(unchanged, high, band=band, memory=memory, progress=progress)
         nominal = first_loss(answer, high)
-        outcomes = _first_order_outcomes(unchanged, answer, nominal, changes, high)
+        outcomes = _first_order_outcomes(unchanged, answer, nominal, changed_values, high)
     elif band is not None:
         raise Place("advise").refuse("band: is not allowed with a scene; a system takes it")
     else:
         nominal = first_loss(thresholds(unchanged, high), high)
-        outcomes = space.outcomes(changes, high)
+        outcomes = space.outcomes(changed_values, high)
         warnings = _warnings_of_equilibrium(unchanged)
     return Advice(
         name=space.free,
@@ -317,7 +317,7 @@ def _first_order_outcomes(
     system: TermSystem,
     answer: Thresholds,
     nominal: Outcome,
-    changes: Sequence[Mapping[str, float]],
+    changed_values: Sequence[Mapping[str, float]],
     high: float,
 ) -> list[Outcome]:
     """The critical friction of a system after each change of one parameter, to first order.
@@ -331,8 +331,8 @@ def _first_order_outcomes(
         The unchanged system.
     answer, nominal
         Its thresholds, and the first of them.
-    changes : sequence of mapping
-        Each holds the new value of one parameter.
+    changed_values : sequence of mapping
+        Each holds one parameter and its new value.
     high : float
         Upper end of the range of the free parameter.
 
@@ -344,16 +344,16 @@ def _first_order_outcomes(
     """
     rising = [crossing for crossing in answer.crossings if crossing.direction == "up"]
     if answer.verdict in GROWING or not rising:
-        return [nominal] * len(changes)
+        return [nominal] * len(changed_values)
     from squeal.queries.systems.sensitivity import threshold_slopes  # no pad needs it
 
-    # of each crossing, by parameter: the derivatives of its value and of its frequency in Hz
-    slopes = threshold_slopes(system, [(c.mu, c.frequency_hz) for c in rising])
+    # of each crossing a mapping: by parameter the derivatives of its mu and of its frequency in Hz
+    slopes = threshold_slopes(system, [(crossing.mu, crossing.frequency_hz) for crossing in rising])
     outcomes = []
-    for change in changes:
-        ((name, value),) = change.items()
+    for changed_value in changed_values:
+        ((name, value),) = changed_value.items()
         step = value - system.parameters[name]
-        moved = []
+        moved = []  # the crossings after the change: mu, kind and frequency
         for crossing, slopes_of_crossing in zip(rising, slopes, strict=True):
             slope_of_mu, slope_of_hertz = slopes_of_crossing[name]
             mu = crossing.mu + step * slope_of_mu
@@ -368,7 +368,7 @@ def _first_order_outcomes(
 
 
 def _steps(space: ParameterSpace, tolerances: Mapping[str, float | str]) -> dict[str, float]:
-    """By how much each parameter changes, in its unit: by its tolerance, else by `STEP`.
+    """By how much each parameter is lowered and raised, in its unit: its tolerance, else `STEP`.
 
     A parameter that is 0 and has no tolerance does not change. Raises InputError.
     """

@@ -24,7 +24,7 @@ from squeal.schema import POSITIVE, Place, Positive, public
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
 EQUALLY_NEAR = 2e-4  # of the frequency: a difference too small to prefer one of two modes
-TIE = 0.01  # the cost of such a difference at most: a MAC lower by more tells two modes apart
+TIE = 0.01  # the largest cost of such a difference: modes whose MAC differs by more are told apart
 DAMPING = "damping_ratio"
 IGNORED = ("real [1/s]", "error [1/s]", "residual", "condition")  # columns of saved eigenvalues
 
@@ -231,9 +231,9 @@ def _cost_of_tie(tolerance: float) -> float:
 class PairingCosts(NamedTuple):
     """Of each mode of a reference (row) with each computed mode (column), arrays (m, k).
 
-    difference: in frequency, over that of the reference or, where it is 0, over the computed one,
-    signed; mac: NaN where no shape is known;
-    cost: of the pair, see `pairing_costs`.
+    difference: computed frequency less that of the reference, as a share of the latter or, where
+    that is 0, of the computed one; mac: NaN where no shape is known; cost: of the pair, see
+    `pairing_costs`.
     """
 
     difference: Array
@@ -244,10 +244,10 @@ class PairingCosts(NamedTuple):
 def pairing_costs(
     references: Sequence[Mode], modes: Sequence[Mode], tolerance: float
 ) -> PairingCosts:
-    """What pairs cost: their difference in frequency over the tolerance, plus 1 - MAC."""
+    """What pairs cost: their difference in frequency over the tolerance, plus 1 - MAC if known."""
     reference_hz = np.array([mode.frequency_hz for mode in references], float)[:, None]  # a column
     computed_hz = np.array([mode.frequency_hz for mode in modes], float)  # a row
-    # over the computed frequency where the reference has 0; two modes of frequency 0 do not differ
+    # the frequency that a difference is a share of; two modes of frequency 0 do not differ
     size = np.where(reference_hz > 0.0, reference_hz, computed_hz)
     difference = (computed_hz - reference_hz) / np.where(size > 0.0, size, 1.0)
     macs = _mac_of_modes(references, modes)
@@ -288,9 +288,10 @@ def _pair(reference: Mode | None, mode: Mode | None) -> Pair:
 
 def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
     """Refuse answers whose shapes have different numbers of rows. Raises InputError."""
-    for one, other in zip(reference.eigenvalues, computed.eigenvalues, strict=False):
-        if one.right.shape != other.right.shape:
-            rows = f"{len(one.right)} and {len(other.right)} rows"
+    # all roots of an answer have as many rows; two answers may have different numbers of roots
+    for root, other in zip(reference.eigenvalues, computed.eigenvalues, strict=False):
+        if root.right.shape != other.right.shape:
+            rows = f"{len(root.right)} and {len(other.right)} rows"
             raise InputError(f"compare: {rows} are not allowed; they must be the same")
 
 
@@ -315,7 +316,8 @@ def _mac_of_modes(references: Sequence[Mode], modes: Sequence[Mode]) -> Array:
 def _equally_near(cost: Array, most: float) -> list[NDArray[np.int64]]:
     """For each mode of the reference the computed modes that cost at most `most` above the least.
 
-    cost (m, k): of pairs, a row for each mode of the reference. Modes are indices of columns.
+    cost (m, k): of pairs, a row for each mode of the reference. Modes are indices of columns. Where
+    there are no computed modes the list is empty: no row has a least cost, and no mode a partner.
     """
     if not cost.shape[1]:
         return []

@@ -14,6 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -35,13 +36,12 @@ if TYPE_CHECKING:  # pads start without the solvers of systems
     from squeal.queries.systems.system_analysis import SystemAnalysis
     from squeal.sparse.reduction import Reduction
 
-MOST = 100_000
-"""The largest number of conditions."""
+MOST_CONDITIONS = 100_000
 TOLERANCE = 0.1
 """Modes of neighbouring conditions whose frequencies differ by a larger share are two modes."""
 UNLIKE = 1.0
-"""Pairs of this cost or more differ too much in shape or frequency to be one mode."""
-SERVED = 24
+"""Pairs of this cost or more (see `pairing_costs`) are not taken for one mode."""
+BASIS_CONDITIONS = 24
 """About so many conditions, evenly chosen, are those that a reduced system is made at."""
 AT = Place("conditions", "axes")
 Changes = Mapping[str, float]
@@ -92,9 +92,9 @@ def conditions(
     grid = _combinations(space, axes)
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, memory=memory)
-        of_pad = _solve_all(partial(_pad_condition, subject), grid)
+        solved = _solve_all(partial(_pad_condition, subject), grid)
         units = {name: PARAMETERS[name].unit for name in axes if name in PARAMETERS}
-        return replace(_answer(subject.model, axes, of_pad), units=units)
+        return replace(_answer(subject.model, axes, solved), units=units)
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
     from squeal.queries.systems.system_analysis import SystemAnalysis, refuse_without_effect
@@ -102,22 +102,22 @@ def conditions(
 
     analysis = SystemAnalysis.of(subject, band, memory=memory, progress=progress)
     system = analysis.system
-    # the static contact of an assembly is solved anew at each condition: no reduced system serves
-    # two conditions, and each parameter may have an effect
+    # the static contact of an assembly is solved anew at each condition (the contact is "seated"):
+    # no reduced system serves two conditions, and each parameter may have an effect
     seated = analysis.file.assembly is not None
     if not seated:
         refuse_without_effect(analysis.file, axes, AT)
     reduction = None
     if not seated and not is_small(system):
-        served = grid[:: max(1, len(grid) // SERVED)]  # conditions that the basis is made at
-        reduction = reduced_for(system, analysis.selection, served, method="modal")
+        conditions_of_basis = grid[:: max(1, len(grid) // BASIS_CONDITIONS)]
+        reduction = reduced_for(system, analysis.selection, conditions_of_basis, method="modal")
     solved = _solve_all(partial(_system_condition, analysis, reduction), grid)
-    counted_conditions = counted(solved, len(grid), PROGRESS.get(), "conditions")
+    solved = counted(solved, len(grid), PROGRESS.get(), "conditions")  # reports the progress
     extent = "" if analysis.selection.band is None else analysis.selection.words()
     return _answer(
         system.name,
         axes,
-        counted_conditions,
+        solved,
         extent=extent,
         seated=seated,
         basis=basis_of(reduction, analysis.selection) or analysis.component_reduction,
@@ -138,8 +138,9 @@ def _combinations(space: ParameterSpace, axes: Mapping[str, Values]) -> list[Cha
         if len(set(values)) < len(values):
             raise AT.refuse(f"{name} has a value twice; each value is allowed once")
         count *= len(values)
-    if count > MOST:
-        raise AT.refuse(f"{count} conditions are not allowed; it must be at most {MOST}")
+    if count > MOST_CONDITIONS:
+        words = f"it must be at most {MOST_CONDITIONS}"
+        raise AT.refuse(f"{count} conditions are not allowed; {words}")
     return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
 
 
@@ -290,9 +291,9 @@ def _united_modes(conditions: Sequence[Condition], links: Sequence[_Link]) -> li
         if first.keys() & second.keys():
             continue
         first.update(second)
-        for index in second.items():
-            mode_of[index] = first
-    # a united mode is the value of each of its members: by its identity it is taken once
+        for k, row in second.items():
+            mode_of[k, row] = first
+    # `mode_of` has a united mode once for each member: here each is taken once, by its identity
     distinct = {id(mode): mode for mode in mode_of.values()}
     return list(distinct.values())
 
@@ -303,22 +304,23 @@ def _numbered(conditions: Sequence[Condition], links: Sequence[_Link]) -> tuple[
     They are numbered by the lowest frequency at which they grow, then by where they grow first.
     Modes that grow nowhere have no number.
     """
+    # lowest frequency (Hz) at which a mode grows, where it grows first, and the mode
     unstable: list[tuple[float, ModeIndex, UnitedMode]] = []
     for mode in _united_modes(conditions, links):
         growing = [(k, row) for k, row in mode.items() if conditions[k].rows[row].grows]
         if growing:
             lowest = min(conditions[k].rows[row].frequency_hz for k, row in growing)
             unstable.append((lowest, min(growing), mode))
-    unstable.sort(key=lambda entry: entry[:2])
+    unstable.sort(key=itemgetter(0, 1))
     number_of: dict[ModeIndex, int] = {}
     for number, (_, _, mode) in enumerate(unstable, 1):
-        for index in mode.items():
-            number_of[index] = number
+        for k, row in mode.items():
+            number_of[k, row] = number
     numbered = []
     for k, condition in enumerate(conditions):
         rows = []
-        for i, row in enumerate(condition.rows):
-            rows.append(replace(row, mode=number_of.get((k, i))))
+        for i, mode_at_condition in enumerate(condition.rows):
+            rows.append(replace(mode_at_condition, mode=number_of.get((k, i))))
         numbered.append(replace(condition, rows=tuple(rows)))
     return tuple(numbered)
 
@@ -344,7 +346,7 @@ def _answer(
     extent : str
         Which of the roots were judged, in words; empty for all.
     seated : bool
-        Whether contact was seated anew at each condition.
+        Whether the static contact was solved anew at each condition.
     basis : mapping or None
         The reduced system that was solved, as JSON holds it.
     """
