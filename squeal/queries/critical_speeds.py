@@ -32,13 +32,13 @@ from squeal.schema import Place, Positive, public
 from squeal.sparse.dense import CLUSTER_DISTANCE, dense_values, roots_at
 from squeal.sparse.reduction import SPURIOUS_RESIDUAL, Reduction
 
-STEPS = 400  # of the range of speeds
+STEPS = 400  # into which the range of speeds is divided
 FEW_ROWS = 100
-FEW_STEPS = 100  # where each costs much, as of more than `FEW_ROWS`
-SAMPLES = 9  # speeds at which a reduced system is exact
+FEW_STEPS = 100  # the same of a rotor of more than `FEW_ROWS`, of which each step costs much
+BASIS_SPEEDS = 9  # speeds at which a reduced system is exact
 WELL_DAMPED = 0.2  # damping ratio above which a peak needs no margin
 TINY = 1e-12  # damping ratio of an undamped mode, so that 1 / (2 zeta) is finite
-SAME = 1e-9  # of the range or of a highest frequency: speeds or frequencies that rounding parts
+SAME = 1e-9  # of the largest speed or frequency: smaller differences are rounding
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,10 @@ class CriticalSpeed:
 
 
 class CampbellDiagram:
-    """The roots of a rotor of n degrees of freedom over its speed (rad/s), ranked by frequency."""
+    """The roots of a rotor of n degrees of freedom over its speed (rad/s), ranked by frequency.
+
+    The rank of a root is its index, from 0, among `ranked_roots`.
+    """
 
     def __init__(self, file: SystemFile, system: TermSystem, reduction: Reduction | None) -> None:
         """Of a rotor that is small, or that was reduced to the modes of a band."""
@@ -122,18 +125,20 @@ class CampbellDiagram:
         """The pairs of speed and rank at which a frequency is `order` times the speed.
 
         speeds (m,): rising; between neighbours a change of sign of `gap` is searched. frequencies
-        (m, n): of the ranks at each, rad/s. Where one stays the multiple of the speed there is no
-        crossing, but a warning.
+        (m, n): of the ranks at each, rad/s. A frequency that stays the multiple of the speed over
+        an interval makes no crossing, but a warning.
         """
         gaps = frequencies - order * speeds[:, None]
         is_at_multiple = np.abs(gaps) <= SAME * frequencies.max(axis=0)
-        follows = is_at_multiple[:-1] & is_at_multiple[1:]
-        if follows.any():
+        # of each interval between neighbouring speeds (m - 1, n)
+        stays_at_multiple = is_at_multiple[:-1] & is_at_multiple[1:]
+        if stays_at_multiple.any():
             Place(self.system.name).warn(
                 f"over a range of speeds a frequency stays {order:g} times the speed: all of them "
                 "are critical, none is listed"
             )
-        gaps[:-1][follows] = gaps[1:][follows] = math.nan  # signs there are rounding
+        # at both ends of such an interval the sign is rounding
+        gaps[:-1][stays_at_multiple] = gaps[1:][stays_at_multiple] = math.nan
         crossings = []
         for k, rank in np.argwhere(gaps == 0.0).tolist():
             crossings.append((float(speeds[k]), rank))
@@ -150,23 +155,25 @@ class CampbellDiagram:
         return _at_one_speed(crossings, SAME * float(speeds[-1]))
 
     def critical_speed(self, speed: float, rank: int, order: float) -> CriticalSpeed:
-        """The mode of a rank at a critical speed."""
+        """The mode of a rank at a critical speed, at which its frequency is `order` times it."""
         roots = self.ranked_roots(speed)
         root = complex(roots[rank])
-        vibrate = self.are_modes(speed) & (roots.imag > 0.0)
+        vibrates = self.are_modes(speed) & (roots.imag > 0.0)
         return CriticalSpeed(
             speed=speed,
             order=order,
             frequency_hz=root.imag / math.tau,
-            mode=int(np.count_nonzero(vibrate[: rank + 1])),
+            mode=int(np.count_nonzero(vibrates[: rank + 1])),
             direction=self.direction(speed, root),
             growth_rate=growth_of(root),
             damping_ratio=-growth_of(root) / abs(root) + 0.0,  # no negative zero
         )
 
     def direction(self, speed: float, near: complex) -> str | None:
-        """The whirl direction, at a speed, of the root nearest to a value (rad/s); of a repeated
-        one that of all its shapes."""
+        """The whirl direction, at a speed, of the root nearest to a value (rad/s).
+
+        A repeated root has several shapes: None where their directions differ.
+        """
         roots = self.ranked_roots(speed)
         root = complex(roots[np.argmin(np.abs(roots - near))])
         repeated = roots[np.abs(roots - root) <= CLUSTER_DISTANCE * abs(root)]
@@ -214,7 +221,7 @@ class CriticalSpeeds(Answer):
         """The rotor's own speed, rad/s."""
         return self.diagram.system.parameters[self.parameter]
 
-    def margin(self, one: CriticalSpeed) -> float | None:
+    def margin(self, critical_speed: CriticalSpeed) -> float | None:
         """How far a critical speed lies above the running speed, as a share of it; None at rest.
 
         Examples
@@ -227,14 +234,15 @@ class CriticalSpeeds(Answer):
         >>> round(found.margin(found.critical[0]), 9)  # 2 rad/s, of 1.6
         0.25
         """
-        return one.speed / self.running - 1.0 if self.running else None
+        return critical_speed.speed / self.running - 1.0 if self.running else None
 
-    def is_near(self, one: CriticalSpeed) -> bool:
+    def is_near(self, critical_speed: CriticalSpeed) -> bool:
         """Whether a critical speed lies nearer to the running speed than API 617 allows.
 
         The 7th edition requires a margin of 17 % (1 - 1 / (AF - 1.5)) of a critical speed below the
         running one, and 10 % more of one above it. AF = 1 / (2 zeta) is the amplification factor of
         a peak of damping ratio zeta. Below AF = 2.5, which is zeta = 0.2, it requires no margin.
+
         Examples
         --------
         >>> import squeal
@@ -245,11 +253,12 @@ class CriticalSpeeds(Answer):
         >>> found.is_near(found.critical[0])  # 25 % above; undamped it has to be 27 %
         True
         """
-        margin = self.margin(one)
-        if margin is None or one.damping_ratio > WELL_DAMPED:
+        margin = self.margin(critical_speed)
+        damping_ratio = critical_speed.damping_ratio
+        if margin is None or damping_ratio > WELL_DAMPED:
             return False
         # a mode that grows counts as undamped
-        amplification = 1.0 / (2.0 * max(one.damping_ratio, TINY))
+        amplification = 1.0 / (2.0 * max(damping_ratio, TINY))
         required = 0.17 * (1.0 - 1.0 / (amplification - 1.5))
         if margin > 0.0:
             required += 0.1
@@ -260,14 +269,14 @@ class CriticalSpeeds(Answer):
         """Which critical speeds are near the running one, in words; empty at rest."""
         if not self.running:
             return ""
-        near = [f"{one.speed:.4g}" for one in self.critical if self.is_near(one)]
+        near = [f"{mode.speed:.4g}" for mode in self.critical if self.is_near(mode)]
         allowed = f"nearer to {self.running:.4g} rad/s than API 617 allows"
         return f"; {allowed}: {', '.join(near) or 'none'}"
 
     def table(self) -> Table:
         table = (
             Column("speed", "rad/s"),
-            Column("rpm", value=lambda one: RPM * one.speed),
+            Column("rpm", value=lambda mode: RPM * mode.speed),
             *columns("order frequency_hz direction"),
             Column("mode", hidden=True),  # counted at this speed, else at one value of a sweep
             Column("growth_rate", "1/s"),
@@ -362,7 +371,7 @@ def critical_speeds(
         )
     reduction = None
     if not is_small(system):
-        reduction = analysis.reduced(np.linspace(low, high, SAMPLES).tolist())
+        reduction = analysis.reduced(np.linspace(low, high, BASIS_SPEEDS).tolist())
     diagram = CampbellDiagram(analysis.file, system, reduction)
     steps = STEPS if diagram.system.n <= FEW_ROWS else FEW_STEPS
     speeds = np.linspace(low, high, steps + 1)
@@ -397,10 +406,10 @@ def critical_speeds(
 
 
 def _at_one_speed(crossings: Sequence[tuple[float, int]], near: float) -> list[tuple[float, int]]:
-    """Crossings as pairs of speed and rank: one that follows another no farther away than `near`
-    (rad/s) gets the speed of the other.
+    """Give crossings that differ by rounding alone, as of two modes of one frequency, one speed.
 
-    Crossings so near are of modes of one frequency, to which rounding gives different speeds.
+    Each that follows another one no farther away than `near` (rad/s) gets its speed. Crossings are
+    pairs of speed and rank; they are returned by rising speed.
     """
     joined: list[tuple[float, int]] = []
     for speed, rank in sorted(crossings):

@@ -23,12 +23,12 @@ from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
 from squeal.simulation.observers import Extrema, Grid, Read, face_speed, plotted
 from squeal.simulation.run import in_natural_units
 
-WINDOWS = 40  # times the length of the scene in which its motion may settle
+WINDOWS = 40  # times the observation time of the scene in which its motion may settle
 STEP = 0.2  # length of a step along the branch, in natural units
 MOST = 80  # cycles of the branch to each side of the first
 SLIDING = 41  # values at which the stability of sliding is computed
 IN_DOUBT = "unknown"  # stands for a verdict that rounding hides
-LOCATED = 1e-10  # of the range: to which a change of that stability is located
+LOCATED = 1e-10  # of the range: how closely a change of that stability is located
 READINGS = 16  # points in each time step of a cycle for quadrature and extrema: to rounding
 
 
@@ -226,7 +226,7 @@ class Cycles(Answer):
         >>> found.parts()[-1]
         'sliding at mu = 0.1: stable'
         """
-        sliding = {}
+        sliding = {}  # a sentence by value
         for value, verdict in self.sliding:
             words = verdict or "no equilibrium"
             sliding[value] = f"sliding at {self.parameter} = {number(value)}: {words}"
@@ -280,8 +280,8 @@ def _parameter_range(
 ) -> tuple[str, float, float]:
     """Check the parameter and its range, which must hold the scene's value.
 
-    Without `over` it is mu, and the range its value alone. Raises InputError for an unknown
-    parameter, and for values that it may not take.
+    Without `over` the parameter is mu, and the range its value alone. Raises InputError for an
+    unknown parameter, and for values that it may not take.
     """
     given = scene.pad.given()
     at = Place("cycles") / "over"
@@ -311,7 +311,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
 
     The cycle and its model are in natural units, the speed V of the surface among them.
 
-    scale: the parameter in SI units over the value of the cycle.
+    scale: `cycle.value` times it is the parameter in SI units.
     """
     model = shooting.model(cycle.value)
     units = shooting.units
@@ -321,7 +321,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     friction, damping, square = _integrals(model, grid)
     # `grid.ranges` has a row (least, greatest) for each motion of a grid: [0] is the only one here
     ranges = [grid.ranges(_coordinate(i))[0] for i in range(3)]  # of x, y and w theta
-    # `to_si` converts states of six: the three zeros stand for the rates, and are left out after it
+    # `to_si` converts states of six: three zeros stand for the rates, which are dropped after it
     half_ranges = np.append(np.ptp(ranges, axis=1) / 2.0, np.zeros(3))
     # speed of the face along the surface: -inf if it never touches, negative if it only moves
     # against the surface while it touches
@@ -453,7 +453,7 @@ def cycles(
     over : (str, float, float), optional
         A parameter and its range, which holds the scene's value, such as ("mu", 0.1, 0.6).
     windows : int
-        How many times the time of the scene its motion may take to settle.
+        How many times the observation time of the scene its motion may take to settle.
 
     Returns
     -------
@@ -520,6 +520,7 @@ def cycles(
         follow = partial(
             shooting.branch, first, ends=(low / scale, high / scale), longest_step=STEP, most=MOST
         )
+        # each half with the reason why it ends
         below, end_below = follow(towards=-1.0)
         end_above = end_below  # of a closed curve, which is followed once: `below` has all of it
         if end_below != CLOSED_CURVE:
@@ -531,7 +532,7 @@ def cycles(
         model=scene.model,
         parameter=name,
         orbits=tuple(_orbit(shooting, cycle, scale) for cycle in branch),
-        own=len(below),
+        own=len(below),  # the index of `first`
         ends=(end_below, end_above),
         sliding=sliding,
         critical=tuple(_changes_of_sliding(sliding, verdict_at)),

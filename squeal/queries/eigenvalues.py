@@ -114,9 +114,9 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
     if not prove:
         # M is regular, so that there are 2n roots, and all of them were computed
         statement = Statement("counted", "count")
-    elif analysis.errors is None:  # nobody knows how precise the matrices are
+    elif analysis.errors is None:  # it is not known how precise the matrices are: `doubt` says why
         statement = Statement("open", by=None, reason=analysis.doubt)
-    else:
+    else:  # the referee may replace roots, and decide what rounding left open
         roots, (verdict, criterion), statement = refereed(
             analysis.matrices, roots, (verdict, criterion), data_of_pad(scene, analysis)
         )
@@ -154,11 +154,12 @@ def data_of_pad(scene: Scene, analysis: PadAnalysis) -> Data:
     assert analysis.errors is not None
     C_error, K_error = analysis.errors
     errors = np.zeros((3, 3)), C_error + damping_errors(scene), K_error
-    known = list(zip(analysis.matrices, errors, strict=True))
-    if all(is_known(X, error) for X, error in known):
+    with_errors = list(zip(analysis.matrices, errors, strict=True))
+    if all(is_known(X, error) for X, error in with_errors):
         return Data(MATRIX_DIGITS)
-    radii = tuple(np.maximum(error, half_widths(X, MATRIX_DIGITS)) for X, error in known)
-    # entries of a pair (i, j), (j, i) have errors of their own: symmetry is not kept
+    # how far the entries of M, C and K may be off: by their error, but at least by their digits
+    radii = tuple(np.maximum(error, half_widths(X, MATRIX_DIGITS)) for X, error in with_errors)
+    # the entries (i, j) and (j, i) may be off by different errors: symmetry is not kept
     return Data(MATRIX_DIGITS, radii, keeps_structure=False)
 
 
@@ -199,7 +200,7 @@ def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, 
     """
     matrices = analysis.matrices
     mu = scene.pad.mu
-    unstable = unstable_modes(lambda _: matrices, mu)  # without thresholds: no onsets
+    unstable = unstable_modes(lambda _mu: matrices, mu)  # without thresholds: no onsets
     if not unstable or mu == 0.0 or not analysis.on_branch:
         return unstable
     matrices_of_branch, path = branch_system(scene, mu)

@@ -45,9 +45,7 @@ ROUNDING = 1e-12  # of |Im lambda|: growth of at most so much is 0 but for round
 SPOKEN = 5  # modes that have a sentence
 WEIGHT_IN_ROOT = {"M": 0.0, "C": 1.0, "K": 2.0}
 """The factors of dlambda/dM, dlambda/dC and dlambda/dK whose sum is lambda, see the module."""
-NEGLIGIBLE = (
-    1e-3  # of the largest work of a role in a mode: smaller ones are left out of a sentence
-)
+NEGLIGIBLE = 1e-3  # of the largest work of a role in a mode: a sentence leaves out smaller ones
 
 
 @dataclass(frozen=True)
@@ -157,7 +155,7 @@ class Energy(Answer):
         works: dict[str, float] = {}  # by role, 1/s
         for row in rows:
             works[row.role] = works.get(row.role, 0.0) + (row.growth or 0.0)
-        least = NEGLIGIBLE * max(map(abs, works.values()))
+        least = NEGLIGIBLE * max(map(abs, works.values()))  # a role that does less is left out
         balance = []
         for role in sorted(works, key=lambda role: -works[role]):
             if works[role] > least:
@@ -289,7 +287,7 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
             energy_of_mode = _energy_of_mode(group.terms, root)
             for i, term in enumerate(group.terms):
                 growth = energy_of_mode.growth_of_term(i)
-                # of root number k of the group, by the relative size of the term
+                # derivatives of root number k of the group by the relative size of the term
                 partial_slope = group.partial_slopes[f"term {i}"][k]
                 slope = group.slopes[f"term {i}"][k]
                 contributions.append(_contribution(mode, root, term, growth, partial_slope, slope))
@@ -387,12 +385,13 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
     """The terms of a system at its parameters, with names by factor and file, and their roles."""
     parameters = system.parameters
     without_friction = frictionless(system)  # the parameters, those of friction set to zero
+    # mu, or the free parameter of a system without mu
     set_to_zero = {name for name in parameters if without_friction[name] != parameters[name]}
     # a term of joined components is a sum over several files: it has no file of its own
     origins = file.origins if file.assembly is None else ()
     named = []
     for part, terms in zip("MCK", system.parts, strict=True):
-        # K4, structural damping, counts as K: the first letter of a key names the part
+        # K4, structural damping, counts as K: the first letter of a file's key names the part
         origins_of_part = [origin for origin in origins if origin.part[0] == part]
         for k, term in enumerate(terms):
             # the first terms of a part are those of files, in the order of the origins; a later
@@ -492,7 +491,7 @@ def _slopes_of(
         scaled = term.factor * term.matrix
         total = matrices[term.part]
         matrices[term.part] = scaled if total is None else total + scaled
-        # the derivative of its part by the relative size of a term is the term itself
+        # the derivative of M, C or K by the relative size of a term of it is the term itself
         derivatives = nothing | {term.part: scaled}
         changes[f"term {k}"] = (derivatives["M"], derivatives["C"], derivatives["K"])
     slopes, _ = sensitivities((matrices["M"], matrices["C"], matrices["K"]), changes, roots)
