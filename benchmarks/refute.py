@@ -38,8 +38,9 @@ from squeal.proof.balls import Quadratic
 from squeal.proof.enclosure import components
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Piece, growing_counts
-from squeal.proof.ranges import RangeProof, Term, Terms
+from squeal.proof.ranges import RangeProof
 from squeal.proof.referee import Finding, enclosed, judge_finding, prove_roots
+from squeal.proof.terms import Term, Terms
 from tests.proof.families import FAMILIES as OF_VALUES
 from tests.proof.families import Known, sample
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from squeal.proof.balls import high_end, low_end
 from squeal.proof.exact import PRECISION, pieces_of
 from squeal.proof.pieces import Piece
-from squeal.proof.ranges import Terms
+from squeal.proof.terms import Terms
 
 try:
     import flint

@@ -30,8 +30,8 @@ from squeal.results.columns import OPEN
 if TYPE_CHECKING:  # scenes start without the referee
     from squeal.proof.pads import PadProof
     from squeal.proof.polynomials import ExactRange
-    from squeal.proof.ranges import Factor, Term, Terms
     from squeal.proof.referee import Count, Proof
+    from squeal.proof.terms import Factor, Term, Terms
     from squeal.queries.systems.all_roots import MotionRates
 
 RATE = 1e-6  # of a root: slower growth is not excluded by a proof
@@ -228,7 +228,7 @@ def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
 
     A modulus with a loss factor gives two, the elastic one and the imaginary one of the loss.
     """
-    from squeal.proof.ranges import Term
+    from squeal.proof.terms import Term
 
     factor = term.factor
     matrix = dense(term.matrix)
@@ -462,7 +462,7 @@ def _terms_in_balls(system: TermSystem) -> Terms:
     They are those of `system.balanced`, which has the same roots. Raises ImportError without the
     library of ball arithmetic.
     """
-    from squeal.proof.ranges import Terms
+    from squeal.proof.terms import Terms
 
     parts = []
     for terms in system.balanced.parts:

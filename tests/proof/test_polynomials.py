@@ -5,7 +5,7 @@ import pytest
 
 from squeal.proof import HALF_ULP
 from squeal.proof.polynomials import MOST_DEGREE, ExactRange
-from squeal.proof.ranges import Term, Terms
+from squeal.proof.terms import Term, Terms
 
 pytest.importorskip("flint")
 

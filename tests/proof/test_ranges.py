@@ -6,7 +6,8 @@ import pytest
 from squeal import System
 from squeal.errors import InputError
 from squeal.proof import HALF_ULP
-from squeal.proof.ranges import INSIDE_SHARE, RangeProof, Term, Terms, bounds_between
+from squeal.proof.ranges import INSIDE_SHARE, RangeProof, bounds_between
+from squeal.proof.terms import Term, Terms
 from tests.known import known_system
 
 pytest.importorskip("flint")

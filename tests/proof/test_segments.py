@@ -9,8 +9,9 @@ import pytest
 from squeal.proof.balls import Balls, Quadratic, half_widths
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Failure, growing_of
-from squeal.proof.ranges import Term, Terms, bounds_between, middle_and_half
+from squeal.proof.ranges import bounds_between
 from squeal.proof.segments import Expansion, bases, near_diagonal, tallies_of_squares
+from squeal.proof.terms import Term, Terms, middle_and_half
 
 pytest.importorskip("flint")
 
