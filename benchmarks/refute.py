@@ -521,7 +521,7 @@ def wrong_thresholds(case: Case, rng: Rng) -> Counter[str]:
     middle = float(edges[widest] + edges[widest + 1]) / 2.0
     lists["threshold added"] = sorted([*intervals, (middle - 1e-9, middle + 1e-9)])
     found = Counter[str]()
-    range_proof = RangeProof(case.terms(), 0.0, RANGE, most=4000)
+    range_proof = RangeProof(case.terms(), 0.0, RANGE, most_intervals=4000)
     for name, wrong in lists.items():
         found[f"{name} {range_proof.prove(wrong, 1e-7).status}"] += 1
     return found

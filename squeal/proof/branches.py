@@ -213,12 +213,12 @@ class PadBranch:
             The cell to be continued.
         """
         point, state, direction = position
-        chosen = self._best_pivot(position)
-        if chosen is None:
+        best = self._best_pivot(position)
+        if best is None:
             return None
-        pivot, widest = chosen
+        pivot, widest_half = best
         sense = 1.0 if direction[pivot] > 0.0 else -1.0  # of the pivot along the branch
-        half_in_directions = min(widest, largest_half / float(np.linalg.norm(direction)))
+        half_in_directions = min(widest_half, largest_half / float(np.linalg.norm(direction)))
         half = half_in_directions * abs(direction[pivot])  # in units of the pivot
         narrowest = NARROWEST * half
         least_box = 1e-15 * np.abs(point)  # points are doubles
@@ -241,8 +241,8 @@ class PadBranch:
         return None
 
     def _best_pivot(self, position: CurvePoint) -> tuple[int, float] | None:
-        """The index of the unknown by which the curve is best parametrised, and half the width of a
-        cell, in multiples of the direction; None if no unknown serves.
+        """The index of the unknown by which the curve is best parametrised, and half the width of
+        the widest cell, in multiples of the direction; None if no unknown serves.
 
         The slopes of the loads are J at the point and J + h J' at the distance of h directions from
         it. There Krawczyk's operator with Y = J^-1 contracts by |1 - Y (J + h J')| = h |Y J'|, and
@@ -266,12 +266,12 @@ class PadBranch:
         for pivot in (FRICTION, 0, 1, 2):
             others = other_unknowns(pivot)
             try:
-                departure = np.abs(np.linalg.solve(J[:, others], J_change[:, others]))
+                contraction = np.abs(np.linalg.solve(J[:, others], J_change[:, others]))
             except np.linalg.LinAlgError:
                 continue
-            if not np.isfinite(departure).all() or direction[pivot] == 0.0:
+            if not np.isfinite(contraction).all() or direction[pivot] == 0.0:
                 continue
-            spectral_radius = float(np.max(np.abs(np.linalg.eigvals(departure))))
+            spectral_radius = float(np.max(np.abs(np.linalg.eigvals(contraction))))
             half = to_end
             if spectral_radius > 0.0:
                 half = min(CONTRACTION / spectral_radius, to_end)

@@ -50,7 +50,7 @@ def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> Enclose
 
     Where the gaps of the equilibrium of one contact state belong to another state, the equilibrium
     of that other state is tried. Of two equilibria beside a fold the one is meant that has the sign
-    of det K at the given place. A linear model is taken about the origin, whatever acts there.
+    of det K at q. A linear model is taken about the origin, whatever acts there.
 
     Parameters
     ----------
@@ -66,65 +66,65 @@ def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> Enclose
     ImportError
         Without python-flint.
     """
-    near = _Neighbourhood(model, np.asarray(q, float))
+    neighbourhood = _Neighbourhood(model, np.asarray(q, float))
     with flint.ctx.workprec(BITS):
         if model.linear:
-            return near.about([flint.arb(0)] * FRICTION, model.full)
+            return neighbourhood.linearised([flint.arb(0)] * FRICTION, model.full)
         tried: set[State] = set()
         while state not in tried:
             tried.add(state)
             try:
-                box = near.box(state)
+                box = neighbourhood.box(state)
             except (ArithmeticError, ValueError):  # a singular matrix, or a pole of the law
                 return None
             if box is None:
                 return None
-            gaps = [flint.arb(gap) for gap in near.balance.gaps(box)]
+            gaps = [flint.arb(gap) for gap in neighbourhood.balance.gaps(box)]
             if any(gap.contains(0) for gap in gaps):
                 return None
             state_of_gaps = State(*(bool(gap < 0) for gap in gaps))
             if state_of_gaps == state:
-                return near.about(box, state)
+                return neighbourhood.linearised(box, state)
             state = state_of_gaps
         return None
 
 
 class _Neighbourhood:
-    """The equilibria of a pad at its friction around a given place, in balls."""
+    """The equilibria of a pad at its friction around an approximate one q (3,), in balls."""
 
-    def __init__(self, model: PadModel, given: np.ndarray) -> None:
+    def __init__(self, model: PadModel, q: np.ndarray) -> None:
         self.balance = Balance(model)
-        self.given = given
-        lever = float(model.pad.w)
-        size = float(np.max(np.abs(given) * (1.0, 1.0, lever)))
-        self.sizes = size / np.array([1.0, 1.0, lever])
-        """What counts as a large x, y and theta (3,)."""
+        self.approximate = q
+        width = float(model.pad.w)
+        size = float(np.max(np.abs(q) * (1.0, 1.0, width)))
+        self.sizes = size / np.array([1.0, 1.0, width])
+        """Units of x, y and theta (3,): the size of the whole displacement, m, and as an angle."""
 
-    def loads(self, place: Sequence[Ball], state: State) -> list[Jet]:
+    def loads(self, q: Sequence[Ball], state: State) -> list[Jet]:
         """Loads (3) with their slopes by x, y, theta and mu."""
-        return self.balance.jets([*place, self.balance.c.mu], state)
+        return self.balance.jets([*q, self.balance.c.mu], state)
 
     def _computed(self, state: State) -> list[Ball] | None:
         """The equilibrium (3) of a contact state by Newton's method, as balls without radius.
 
-        None if it lies far from the given place, or if det K has another sign there, as beyond a
-        fold.
+        None if it lies far from the approximate one, or if det K has another sign there, as beyond
+        a fold.
         """
-        place = [flint.arb(v) for v in self.given.tolist()]
-        det_at_given = _slopes(self.loads(place, state)).det()
+        q = [flint.arb(v) for v in self.approximate.tolist()]
+        first_det = _slopes(self.loads(q, state)).det()
         for _ in range(NEWTON_STEPS):
-            loads = self.loads(place, state)
+            loads = self.loads(q, state)
             slopes = _slopes(loads).mid()
             step = slopes.solve(flint.arb_mat(3, 1, [flint.arb(f.value).mid() for f in loads]))
-            place = [(u - step[i, 0]).mid() for i, u in enumerate(place)]
+            q = [(u - step[i, 0]).mid() for i, u in enumerate(q)]
             # until the steps are rounding: 256 units in the last of `BITS`
             if all(abs(step[i, 0]) <= 2.0 ** (8 - BITS) * self.sizes[i] for i in range(3)):
                 break
-        if any(abs(place[i] - self.given[i]) > FAR_SHARE * self.sizes[i] for i in range(3)):
+        if any(abs(q[i] - self.approximate[i]) > FAR_SHARE * self.sizes[i] for i in range(3)):
             return None
-        if not _slopes(self.loads(place, state)).mid().det() * det_at_given > 0:
+        if not _slopes(self.loads(q, state)).mid().det() * first_det > 0:
             return None
-        return place
+        return q
 
     def box(self, state: State) -> list[Ball] | None:
         """Balls (3) that hold exactly one equilibrium of a contact state; None if none is found.
@@ -133,28 +133,27 @@ class _Neighbourhood:
         itself: deviations e from its middle to -Y F + (1 - Y J) e, J the slopes of the loads F
         over the box and Y about their inverse.
         """
-        place = self._computed(state)
-        if place is None:
+        middle = self._computed(state)
+        if middle is None:
             return None
-        loads = self.loads(place, state)
+        loads = self.loads(middle, state)
         Y = _slopes(loads).mid().inv().mid()
         shift = Y * flint.arb_mat(3, 1, [flint.arb(f.value) for f in loads])
         one = flint.arb_mat(3, 3, [int(i == j) for i in range(3) for j in range(3)])
         radii = [2 * abs(shift[i, 0]).upper() + 2.0**-BITS * self.sizes[i] for i in range(3)]
         for _ in range(MOST_BOXES):
-            around = _box(place, radii)
-            contraction = one - Y * _slopes(self.loads(around, state))
+            contraction = one - Y * _slopes(self.loads(_box(middle, radii), state))
             image = []
             for i in range(3):
                 moved = sum((abs(contraction[i, j]) * radii[j] for j in range(3)), flint.arb(0))
                 image.append((abs(shift[i, 0]) + moved).upper())
             if all(new < old for new, old in zip(image, radii, strict=True)):
-                return _box(place, image)
+                return _box(middle, image)
             radii = [4 * r for r in radii]
         return None
 
-    def about(self, box: Sequence[Ball], state: State) -> EnclosedEquilibrium:
-        """The equilibrium in a box, and the matrices about all places of the box.
+    def linearised(self, box: Sequence[Ball], state: State) -> EnclosedEquilibrium:
+        """The equilibrium in a box, and balls of the matrices about all displacements in the box.
 
         Friction that falls with the speed of sliding, mu (1 + b (exp(r x') - 1)) as in `Pad.fall`,
         makes the first column of C: -dF/dx' = -(dF/dmu) mu b r at x' = 0, F the loads.
@@ -174,9 +173,9 @@ class _Neighbourhood:
         return EnclosedEquilibrium((x, y, theta), state, reaction, K, in_doubles(C.tolist()))
 
 
-def _box(place: Sequence[Ball], radii: Sequence[Ball]) -> list[Ball]:
+def _box(middles: Sequence[Ball], radii: Sequence[Ball]) -> list[Ball]:
     """Balls with some middles and radii."""
-    return [u + flint.arb(0, r) for u, r in zip(place, radii, strict=True)]
+    return [u + flint.arb(0, r) for u, r in zip(middles, radii, strict=True)]
 
 
 def _slopes(loads: Sequence[Jet]) -> Matrix:

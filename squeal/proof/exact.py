@@ -58,15 +58,15 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
         return Failure(SINGULAR)
     with flint.ctx.workprec(PRECISION):
         # its roots are lambda / 2^time_exponent, in rad/s
-        return pieces_of(polynomial, flint.arb(2) ** time_exponent)
+        return pieces_of_polynomial(polynomial, flint.arb(2) ** time_exponent)
 
 
-def pieces_of(polynomial: Polynomial, scale: Ball) -> list[Piece]:
+def pieces_of_polynomial(polynomial: Polynomial, scale: Ball) -> list[Piece]:
     """Pieces of lambda = scale * root, scale > 0, of a polynomial other than zero.
 
     The polynomial p(r) = even(r^2) + r odd(r^2) has r and -r as roots where even and odd vanish.
     """
-    zeros = 0
+    zeros = 0  # how many roots are zero
     while polynomial[zeros] == 0:
         zeros += 1
     coefficients = polynomial.coeffs()[zeros:]

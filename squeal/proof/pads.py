@@ -93,7 +93,7 @@ class PadProof:
 
 
 class Problem(NamedTuple):
-    """What is open or refuted, why, and at which friction."""
+    """Why a list is not proved: open or refuted, for which reason, at which friction."""
 
     status: Literal["open", "refuted"]
     reason: str
@@ -101,7 +101,7 @@ class Problem(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A part low <= t <= high of a cell.
+    """A part low <= t <= high of a cell: no root reaches the imaginary axis in it, or it is open.
 
     growing: how many roots grow, None where a sign is open; det_K_is_open: whether that of det K is
     among the open signs.
@@ -193,8 +193,8 @@ class _BranchComparison:
 
     Attributes
     ----------
-    waiting : list of Claim
-        The claims not met yet.
+    unmet : list of Claim
+        The claims beyond what was compared so far.
     until : float
         The friction reached.
     places : list of (float, float)
@@ -209,7 +209,7 @@ class _BranchComparison:
         self.branch = branch
         self.fold = fold
         self.growth_below = growth_below
-        self.waiting = list(claims)
+        self.unmet = list(claims)
         self.until = 0.0
         self.places: list[tuple[float, float]] = []
         self.roots_met = False
@@ -298,7 +298,7 @@ class _BranchComparison:
         if problem is not None or event.is_fold:
             return problem
         reach = SAME_SHARE * max(abs(middle), 1e-3 * self.branch.high)
-        claims = [claim for claim in self.waiting if claim.mu <= event.high + reach]
+        claims = [claim for claim in self.unmet if claim.mu <= event.high + reach]
         rises = [claim.rise for claim in claims]
         if event.after - event.before != sum(rises):
             reason = f"{event.before} roots grow before and {event.after} beyond"
@@ -309,7 +309,7 @@ class _BranchComparison:
             return Problem("open", CANCELS, middle)
         for claim in claims:
             self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
-        self.waiting = self.waiting[len(claims) :]  # they ascend: these are its first
+        self.unmet = self.unmet[len(claims) :]  # they ascend: these are its first
         if not claims and event.open_parts:
             self.roots_met = True
             if not all(self._no_more_grow(part, event.before) for part in event.open_parts):
@@ -319,9 +319,9 @@ class _BranchComparison:
     def _problem_of_passed_claim(self, mu: float) -> Problem | None:
         """Refuted if a claim lies below a friction up to which the count did not change."""
         reach = SAME_SHARE * max(abs(mu), 1e-3 * self.branch.high)
-        if self.waiting and self.waiting[0].mu < mu - reach:
+        if self.unmet and self.unmet[0].mu < mu - reach:
             reason = "the number of growing roots does not change at a threshold"
-            return Problem("refuted", reason, self.waiting[0].mu)
+            return Problem("refuted", reason, self.unmet[0].mu)
         return None
 
     def _problem_at_highest_friction(self) -> Problem | None:

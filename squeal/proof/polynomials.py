@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.proof.balls import high_end, low_end
-from squeal.proof.exact import PRECISION, pieces_of
+from squeal.proof.exact import PRECISION, pieces_of_polynomial
 from squeal.proof.pieces import Piece
 from squeal.proof.terms import Terms
 
@@ -111,7 +111,10 @@ class ExactRange:
 
 
 class _Zero(NamedTuple):
-    """An interval of the parameter with a zero of a polynomial, or with several that overlap."""
+    """An interval of the parameter with a zero of a polynomial, or with several that overlap.
+
+    multiplicity: of all zeros in it together; is_single: whether they are one zero.
+    """
 
     low: float
     high: float
@@ -122,7 +125,10 @@ class _Zero(NamedTuple):
 def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | None:
     """The changes of an irreducible polynomial in a range, None where they are not certain.
 
-    At the low end of the range those of roots that begin to grow there.
+    Between two zeros of its critical polynomials one number of roots grows. Around each zero the
+    growing roots are counted just below it, at the zero itself where it is a double, and just above
+    it; from one count to the next they change. At the low end of the range nothing is counted
+    below, so that only roots that begin to grow there are changes.
     """
     leading, *others = _critical_polynomials(factor)
     if _zeros_within(leading, low, high):
@@ -132,40 +138,40 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     critical: Polynomial = math.prod(others)
     zeros = _zeros_within(critical, low, high)
     for k, zero in enumerate(zeros):
-        # between two zeros one number of roots grows; the neighbouring double would do as well, but
-        # beside 0 it takes a thousand digits
+        # the neighbouring double would do as well, but beside 0 it takes a thousand digits
         next_low = zeros[k + 1].low if k + 1 < len(zeros) else max(high, zero.high)
         last_high = zeros[k - 1].high if k else low
-        counted = [_growing_at(factor, zero.high + BESIDE * (next_low - zero.high))]
+        above = zero.high + BESIDE * (next_low - zero.high)
+        growing = [_growing_at(factor, above)]  # at each of these values, in ascending order
         start = max(zero.low, low)
-        at = max((zero.low + zero.high) / 2.0, low)
-        is_at = zero.is_single and critical(_exactly(at)) == 0
-        if is_at:  # what grows there grows on both sides, so that nothing cancels
-            counted.insert(0, _growing_at(factor, at))
+        middle = max((zero.low + zero.high) / 2.0, low)
+        is_double = zero.is_single and critical(_exactly(middle)) == 0
+        if is_double:  # what grows there grows on both sides, so that nothing cancels
+            growing.insert(0, _growing_at(factor, middle))
         elif zero.low <= low:
             return None  # some zero lies beside the end
         if zero.low > low:
-            counted.insert(0, _growing_at(factor, zero.low - BESIDE * (zero.low - last_high)))
-        for before, after in itertools.pairwise(counted):
+            growing.insert(0, _growing_at(factor, zero.low - BESIDE * (zero.low - last_high)))
+        for before, after in itertools.pairwise(growing):
             rise = len(after) - len(before)
             # several changes may cancel in the count. They cannot if it moves by two for each; nor
             # at a single value beside which nothing grows on one side: all begin, or all end
             may_cancel = zero.multiplicity > 1 and abs(rise) < 2 * zero.multiplicity
-            is_quiet = zero.is_single and not (before and after)
-            if not is_at and may_cancel and not is_quiet:
+            one_side_is_stable = zero.is_single and not (before and after)
+            if not is_double and may_cancel and not one_side_is_stable:
                 return None
             # the slowest ones have just begun to grow, or are about to end to
             slowest = after[:rise] if rise > 0 else before[:-rise]
             sign = int(np.sign(rise))
-            of_zero = []
+            changes_at_zero = []
             for root in slowest:
                 if root.imag == 0.0:
-                    of_zero.append(Change(start, zero.high, sign, 0.0))
+                    changes_at_zero.append(Change(start, zero.high, sign, 0.0))
                 elif root.imag > 0.0:  # which stands for its conjugate, too
-                    of_zero.append(Change(start, zero.high, 2 * sign, root.imag))
-            if sum(change.rise for change in of_zero) != rise:
+                    changes_at_zero.append(Change(start, zero.high, 2 * sign, root.imag))
+            if sum(change.rise for change in changes_at_zero) != rise:
                 return None
-            changes += of_zero
+            changes += changes_at_zero
     return changes
 
 
@@ -202,7 +208,7 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
     s, p = ring.gens()
     one = p**0
     denominator = one
-    parts = []
+    parts = []  # the power of s, the factor and the matrix of each term
     for power, name in enumerate("KCM"):
         for term, X in zip(getattr(terms, name), terms.balls[name], strict=True):
             if not X.has_all_digits:
@@ -213,13 +219,13 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
                     quotient = quotient * term.factor(Quotient(p, one))
                 except (ArithmeticError, ValueError):
                     return None
-            denominator *= quotient.under / denominator.gcd(quotient.under)
+            denominator *= quotient.denominator / denominator.gcd(quotient.denominator)
             parts.append((power, quotient, X.mid))
     if _zeros_within(_of_parameter(denominator, 0), low, high):
         return None
     rows = [[0 * s] * terms.n for _ in range(terms.n)]
     for power, quotient, matrix in parts:
-        factor = quotient.over * (denominator / quotient.under)
+        factor = quotient.numerator * (denominator / quotient.denominator)
         if terms.n * factor.degrees()[1] > MOST_DEGREE:
             return None
         for i, j in np.argwhere(matrix).tolist():
@@ -235,8 +241,8 @@ class Quotient:
     power so large that it takes long.
     """
 
-    over: Polynomial
-    under: Polynomial
+    numerator: Polynomial
+    denominator: Polynomial
 
     @staticmethod
     def of(x: Number) -> Quotient:
@@ -245,10 +251,11 @@ class Quotient:
 
     def __add__(self, other: Number) -> Quotient:
         b = Quotient.of(other)
-        return Quotient(self.over * b.under + b.over * self.under, self.under * b.under)
+        numerator = self.numerator * b.denominator + b.numerator * self.denominator
+        return Quotient(numerator, self.denominator * b.denominator)
 
     def __neg__(self) -> Quotient:
-        return Quotient(-self.over, self.under)
+        return Quotient(-self.numerator, self.denominator)
 
     def __sub__(self, other: Number) -> Quotient:
         return self + -other
@@ -258,34 +265,35 @@ class Quotient:
 
     def __mul__(self, other: Number) -> Quotient:
         b = Quotient.of(other)
-        return Quotient(self.over * b.over, self.under * b.under)
+        return Quotient(self.numerator * b.numerator, self.denominator * b.denominator)
 
     def __truediv__(self, other: Number) -> Quotient:
         b = Quotient.of(other)
-        if b.over == 0:
+        if b.numerator == 0:
             raise ZeroDivisionError
-        return Quotient(self.over * b.under, self.under * b.over)
+        return Quotient(self.numerator * b.denominator, self.denominator * b.numerator)
 
     def __rtruediv__(self, other: Number) -> Quotient:
         return Quotient.of(other) / self
 
     def __pow__(self, exponent: Number) -> Quotient:
-        """The power by a number, in which the parameter does not occur."""
+        """The power by a whole number; raises ValueError for others, and for a large result."""
         number = Quotient.of(exponent)
-        power = number.over / number.under
-        size = max(_size(self.over), _size(self.under))
+        power = number.numerator / number.denominator  # rational; power.q is its denominator
+        size = max(_size(self.numerator), _size(self.denominator))
         if power.q != 1 or abs(int(power)) * size > 1.0:
             raise ValueError
         if power < 0:
             return (1 / self) ** -int(power)
-        return Quotient(self.over ** int(power), self.under ** int(power))
+        return Quotient(self.numerator ** int(power), self.denominator ** int(power))
 
     __radd__ = __add__
     __rmul__ = __mul__
 
 
 def _size(x: Polynomial) -> float:
-    """The degree of a polynomial, or the bits of its largest number, as a share of the most."""
+    """The degree of a polynomial as a share of `MOST_DEGREE`, or the bits of its largest number as
+    a share of `MOST_BITS`: the larger one."""
     if isinstance(x, flint.fmpq):
         return float(x.height_bits()) / MOST_BITS
     shares = [float(x.total_degree()) / MOST_DEGREE]
@@ -308,12 +316,16 @@ def _determinant(rows: list[list[Polynomial]]) -> Polynomial:
 
 
 def _critical_polynomials(factor: Polynomial) -> Iterator[Polynomial]:
-    """Polynomials in p of an irreducible one: the first vanishes where a root reaches infinity,
-    another one wherever a root reaches the axis or zero."""
-    powers = sorted({power for power, _ in factor.to_dict()})
+    """Polynomials in p of an irreducible one in s and p (see the top of the module).
+
+    The first vanishes where a root s reaches infinity; wherever a root reaches the imaginary axis
+    or zero one of the others does.
+    """
+    coefficients = factor.to_dict()  # by the powers of s and p
+    powers = sorted({power for power, _ in coefficients})
     parts: list[dict[tuple[int, int], Any]] = [{}, {}]  # of e and o, in s^2 and p
-    for (power, of_p), value in factor.to_dict().items():
-        parts[power % 2][power // 2, of_p] = value
+    for (power, power_of_p), value in coefficients.items():
+        parts[power % 2][power // 2, power_of_p] = value
     even, odd = map(factor.context().from_dict, parts)
     yield _of_parameter(factor, powers[-1])
     yield _of_parameter(factor, powers[0])
@@ -325,7 +337,10 @@ def _critical_polynomials(factor: Polynomial) -> Iterator[Polynomial]:
 
 def _of_parameter(polynomial: Polynomial, power: int) -> Polynomial:
     """The coefficient of a power of s, times a number that makes it one of integers."""
-    terms = {of_p: value for (of_s, of_p), value in polynomial.to_dict().items() if of_s == power}
+    terms = {}  # by the power of p
+    for (power_of_s, power_of_p), value in polynomial.to_dict().items():
+        if power_of_s == power:
+            terms[power_of_p] = value
     coefficients = [terms.get(k, 0) for k in range(max(terms) + 1)]
     return flint.fmpq_poly(coefficients).numer()
 
@@ -334,10 +349,10 @@ def _pieces_at(factor: Polynomial, value: float) -> list[Piece]:
     """The roots at a value of the parameter, each a piece of its own."""
     p = _exactly(value)
     coefficients = [flint.fmpq(0)] * (factor.degrees()[0] + 1)
-    for (power, of_p), coefficient in factor.to_dict().items():
-        coefficients[power] += coefficient * p**of_p
+    for (power, power_of_p), coefficient in factor.to_dict().items():
+        coefficients[power] += coefficient * p**power_of_p
     with flint.ctx.workprec(PRECISION):
-        return pieces_of(flint.fmpq_poly(coefficients).numer(), flint.arb(1))
+        return pieces_of_polynomial(flint.fmpq_poly(coefficients).numer(), flint.arb(1))
 
 
 def _growing_at(factor: Polynomial, value: float) -> list[complex]:

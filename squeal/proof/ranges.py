@@ -33,26 +33,27 @@ from squeal.proof.segments import (
 )
 from squeal.proof.terms import Terms, middle_and_half
 
-NARROWEST = 1e-14  # of the range: a step that is not shortened
+NARROWEST = 1e-14  # of the range: a step as short as this is not shortened
 SPENT = "the range takes more steps than are made"
 AT_END = "a threshold lies at an end of the range, beyond which nothing is counted"
 CANCELS = "what begins and what ends to grow at one value may cancel in the count"
-MOST_LENGTHENING = 32.0  # of the length of a step after one that is proved
-LEAST_LENGTHENING = 1.25  # ... after one that is not was followed by one that is
-SHORTENING = 0.5  # the length of a step after one that is not proved, by that of the latter
+MOST_LENGTHENING = 32.0  # a step after a proved one is at most so many times as long
+LEAST_LENGTHENING = 1.25  # ... after the first proved one that follows one that is not proved
+SHORTENING = 0.5  # a step after one that is not proved is so many times as long
 MOST_VALUES_BEYOND = 8  # at which a refutation is searched where no step succeeds
 NEARER = 32.0  # each of these lies so many times nearer to where the steps ended than the last
-INSIDE_SHARE = 0.4629  # of a gap: where what grows is counted; roots often touch the axis half way
+INSIDE_SHARE = 0.4629  # where in a gap growing roots are counted; not half way, where roots often
+# touch the axis
 ASIDE_SHARE = 1e-3  # of a gap: how far from a threshold that is refuted the search looks again
-FIRST_STEP = 1e-8  # of the gap: a step beside a threshold
+FIRST_STEP = 1e-8  # of the gap: the first step beside a threshold
 
 
 class CountBounds(NamedTuple):
     """Bounds of numbers of roots, which hold at every value of an interval.
 
-    least, most: how many grow; doubtful: how many others may grow faster than a rate; reason: why
-    the count is open where it is. Of complex matrices only roots above the real axis count, as two
-    each.
+    least, most: how many roots grow at least and at most; doubtful: how many of those that do not
+    grow for certain may grow faster than a rate; reason: why the count is open where it is. Of
+    complex matrices only roots above the real axis count, as two each.
     """
 
     least: int
@@ -70,23 +71,24 @@ class CountBounds(NamedTuple):
 
 
 def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountBounds:
-    """Count the growing roots of one component at all values between two, by Gershgorin's discs.
+    """Count the growing roots of one component at all values from low to high, by Gershgorin's
+    discs.
 
     Each basis of `segments.bases` gives bounds. They are tried one after the other until no root is
     doubtful, and the tightest of each number is kept. Where M has columns of zeros, real matrices
-    have infinite roots: the inverses of the roots, which are finite, are tried first. rate: see
-    `CountBounds`, 1/s.
+    have infinite roots: the inverses of the roots, which are finite, are tried first. rate: in 1/s,
+    see `CountBounds`.
     """
-    roots = 4 * terms.n  # at most: 2n roots, of complex matrices each may count as two
-    best = CountBounds(least=0, most=roots, doubtful=roots)
+    most_roots = 4 * terms.n  # 2n roots, of complex matrices each may count as two
+    best = CountBounds(least=0, most=most_roots, doubtful=most_roots)
     try:
         M, C, K = terms.expanded(low, high)
     except ValueError:
         return best._replace(reason="a factor divides by what may be zero")
     _, half = middle_and_half(low, high)
-    A = K
+    A = K  # undamped: of K - s M the eigenvalues are s = -lambda^2
     B = M
-    if not terms.is_undamped:
+    if not terms.is_undamped:  # of A - s B they are lambda
         A, B = _first_order_form(M, C, K)
     pencils = [_Pencil(A, B)]
     infinite = 0  # a lower bound of the number of infinite roots, whose inverses are zero
@@ -124,7 +126,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
 
 
 class _Pencil(NamedTuple):
-    """A - s B (n, n), whose eigenvalues s are roots or their squares, or the inverses of these."""
+    """A - s B (n, n), whose eigenvalues s are roots lambda, or -lambda^2, or inverses of these."""
 
     A: Expansion
     B: Expansion
@@ -191,26 +193,26 @@ class RangeProof:
         The systems.
     low, high : float
         Ends of the range.
-    most : int
-        How many intervals each proof looks at before it stays open. One of a single component
+    most_intervals : int
+        How many intervals each proof encloses before it stays open. One of a single component
         counts by its share of the rows.
     """
 
-    def __init__(self, terms: Terms, low: float, high: float, most: int) -> None:
+    def __init__(self, terms: Terms, low: float, high: float, most_intervals: int) -> None:
         separated = terms.separated()
         self.components = separated.components()
         self.rows = terms.n
         self.data = separated.data
         # of each component: how many roots lie on the axis for each that begins to grow; without
         # damping the mirror image of that root begins to decay
-        has_images = [each.is_undamped or each.is_gyroscopic for each in self.components]
+        has_images = [c.is_undamped or c.is_gyroscopic for c in self.components]
         self.roots_at_onset = 1 + np.array(has_images)
         self.ends = (low, high)
-        self.most = most
+        self.most_intervals = most_intervals
         self.intervals_left = 0.0  # `prove` sets this, and the rate of `CountBounds`, 1/s
         self.growth_below = 0.0
 
-    def between(self, low: float, high: float, growing: Sequence[int]) -> Proof:
+    def prove_gap(self, low: float, high: float, growing: Sequence[int]) -> Proof:
         """The proof that so many roots of each component grow at all values of a gap.
 
         A component that is not proved over the whole gap is proved by steps from both ends, where
@@ -231,8 +233,9 @@ class RangeProof:
     def _problem_by_steps(
         self, number: int, start: float, end: float, growing: Sequence[int]
     ) -> Proof | None:
-        """What is open or refuted of one component from `start` to `end`, which lies above or below
-        `start`; None if all is proved.
+        """Prove one component by steps from `start` to `end`, which lies above or below `start`.
+
+        None if all is proved, else the proof that is open or refuted.
 
         A step is lengthened after one that is proved and shortened after one that is not. The next
         steps after a shortened one are lengthened little at first, since the longest possible step
@@ -245,7 +248,7 @@ class RangeProof:
         start, end : float
             Values of the parameter.
         growing : sequence of int
-            How many roots of each component have to grow all along, conjugates counted.
+            How many roots of each component have to grow at all these values, conjugates counted.
         """
         component = self.components[number]
         count = growing[number]
@@ -285,9 +288,10 @@ class RangeProof:
     def _refuting_value(
         self, component: Terms, reached: float, end: float, growing: int
     ) -> float | None:
-        """A value beyond where no step succeeds at which another number of roots grows for certain.
+        """A value between `reached` and `end` at which not `growing` roots grow, for certain.
 
-        Some values are tried, from the end on nearer and nearer; None if none of them is one.
+        The steps ended at `reached`. Some values are tried, from near `end` on nearer and nearer to
+        `reached`; None if none of them refutes.
         """
         share = 1.0
         for _ in range(MOST_VALUES_BEYOND):
@@ -309,7 +313,7 @@ class RangeProof:
         return self.refuted(bounds, expected, where)
 
     def open_at(self, where: float, reason: str) -> Proof:
-        """No answer, as of a value of the parameter the discs do not tell enough."""
+        """No answer, as at a value of the parameter the discs leave the count open."""
         return Proof("open", by="enclosure", data=self.data, reason=reason, where=where)
 
     def refuted(self, bounds: CountBounds, growing: int, where: float) -> Proof:
@@ -331,14 +335,15 @@ class RangeProof:
     def _most_crossing(self, start: float, stop: float) -> int:
         """How many roots at most pass from decay to growth or back within an interval.
 
-        These are the roots of unknown side over the whole interval, but for those whose side is
-        unknown at either end too, such as free motions.
+        These are the roots of which the bounds over the whole interval do not say whether they
+        grow. Those of unknown side at both ends too, such as free motions, do not count.
         """
         most = 0
-        ends = zip(self.bounds(start, start), self.bounds(stop, stop), strict=True)
-        for inside, (below, above) in zip(self.bounds(start, stop), ends, strict=True):
-            unknown_throughout = min(below.most - below.least, above.most - above.least)
-            most += inside.most - inside.least - unknown_throughout
+        at_ends = zip(self.bounds(start, start), self.bounds(stop, stop), strict=True)
+        for within, (at_start, at_stop) in zip(self.bounds(start, stop), at_ends, strict=True):
+            unknown_at_start = at_start.most - at_start.least
+            unknown_at_stop = at_stop.most - at_stop.least
+            most += within.most - within.least - min(unknown_at_start, unknown_at_stop)
         return most
 
     def prove(
@@ -379,7 +384,7 @@ class RangeProof:
         if any(b < a for a, b in itertools.pairwise(edges)):
             return Proof("refuted", reason="the intervals overlap or leave the range")
         gaps = list(zip(edges[::2], edges[1::2], strict=True))
-        self.intervals_left = float(self.most)
+        self.intervals_left = float(self.most_intervals)
         self.growth_below = growth_below
         # first the number of growing roots of each component at one value inside of each gap
         counts: list[list[int]] = []  # one list for each gap
@@ -412,9 +417,9 @@ class RangeProof:
                 bounds = total(self.bounds(value, value))
                 if not bounds.allow(sum(growing)):
                     # half way to where the roots were counted
-                    beside = (value + a + INSIDE_SHARE * (b - a)) / 2.0
-                    return self.refuted(bounds, sum(growing), beside)
-            proof = self.between(a, b, growing)
+                    search_from = (value + a + INSIDE_SHARE * (b - a)) / 2.0
+                    return self.refuted(bounds, sum(growing), search_from)
+            proof = self.prove_gap(a, b, growing)
             if proof.status != "proved":
                 return proof
         # last whether a rise and a fall within an interval may cancel in the counts beside it
@@ -422,7 +427,7 @@ class RangeProof:
         for (start, stop), (before, after) in zip(intervals, neighbours, strict=True):
             if self._may_hide_changes(start, stop, np.subtract(after, before)):
                 return self.open_at((start + stop) / 2.0, CANCELS)
-        return proof
+        return proof  # of the last gap: those of all gaps say the same
 
     def _may_hide_changes(self, start: float, stop: float, rises: NDArray[np.intp]) -> bool:
         """Whether in an interval more roots may begin or end to grow than the counts beside it say.

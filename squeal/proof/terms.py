@@ -60,8 +60,9 @@ class Term:
 class Terms:
     """M, C and K over a parameter, each a sum of terms; C may have none.
 
-    `data` says how the entries of each matrix are known. `balls` are the matrices of the terms by
-    the letters, made from these if left out; of a component some of their rows and columns. Needs
+    `data` says how the entries of each matrix are known (see `balls.half_widths`). `balls` holds
+    the matrices of the terms by the names "M", "C" and "K". If left out they are made of the terms;
+    of a component they are some rows and columns, in other coordinates other matrices. Needs
     python-flint.
 
     Raises
@@ -104,7 +105,7 @@ class Terms:
         return list(itertools.chain(*self.balls.values()))
 
     def mapped(self, change: Callable[[Balls], Balls]) -> Terms:
-        """The terms with a map of each matrix."""
+        """The terms with each of their matrices changed."""
         balls: dict[str, list[Balls]] = {}
         for name, matrices in self.balls.items():
             balls[name] = list(map(change, matrices))
@@ -137,8 +138,9 @@ class Terms:
     def separated(self) -> Terms:
         """The terms in coordinates of which those without mass are separate, in balanced units.
 
-        A constant M that is exactly singular has null vectors of rational numbers, so that the
-        entries in the new coordinates are exact and the terms are taken as given. If C is one
+        Each X of M, C and K becomes left' X right, whose last rows and columns, of the null vectors
+        of a constant and exactly singular M, are those without mass. The null vectors are rational
+        numbers, so that the new entries are exact and the terms are taken as given. If C is one
         constant term, motions without mass are separated further, by the null vectors of their
         damping. The terms as they are where M is regular, varies, is complex or is known to fewer
         than all digits of its doubles.
@@ -156,11 +158,11 @@ class Terms:
         if len(self.C) == 1 and self.C[0].factor is None:
             damping = left.transpose() * _rational(self.balls["C"][0].mid) * right
             of_massless = flint.fmpq_mat(np.array(damping.tolist())[rank:, rank:].tolist())
-            right = right * _below_ones(rank, _null_vectors_last(of_massless)[0])
-            left = left * _below_ones(rank, _null_vectors_last(of_massless.transpose())[0])
+            right = right * _below_identity(rank, _null_vectors_last(of_massless)[0])
+            left = left * _below_identity(rank, _null_vectors_last(of_massless.transpose())[0])
         separate = self
-        used = np.count_nonzero(right.entries() + left.entries())
-        if used > 2 * self.n:  # else both only sort coordinates: they are separate already
+        nonzeros = np.count_nonzero(right.entries() + left.entries())
+        if nonzeros > 2 * self.n:  # else both only sort coordinates: they are separate already
 
             def in_coordinates(X: Balls) -> Balls:
                 product = left.transpose() * _rational(X.mid) * right
@@ -183,11 +185,13 @@ class Terms:
         return self.mapped(lambda X: X.scaled(units[:, None] + units))
 
     def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
-        """M, C and K about `middle_and_half` of two values of the parameter.
+        """M, C and K at all values p of the parameter from low to high, about the middle.
 
-        Raises ValueError where a factor divides by what may be zero.
+        To first order in d = p - middle, with a bound of what is beyond it. Raises ValueError where
+        a factor divides by what may be zero.
         """
-        # p = middle + d to first order in d, and about every value between, for the second order
+        # the parameter p = middle + d as a series in d to first order; and a series to second
+        # order about a ball of all values between, for the remainder
         middle, _ = middle_and_half(low, high)
         about_middle = flint.arb_series([flint.arb(middle), 1], prec=2)
         about_all = flint.arb_series([between(low, high), 1], prec=3)
@@ -251,17 +255,17 @@ def _null_vectors_last(X: Rational) -> tuple[Rational, int]:
     pivots = is_used[:rank].argmax(axis=1).tolist()
     free = np.setdiff1d(np.arange(n), pivots).tolist()
     Q = flint.fmpq_mat(n, n)
-    for place, column in enumerate(pivots + free):
-        Q[column, place] = 1
-    # in row-reduced form the pivots follow from a free unknown of 1 by its column, negated
-    for place, column in enumerate(free, rank):
+    for column, unknown in enumerate(pivots + free):
+        Q[unknown, column] = 1
+    # in row-reduced form an unknown of `free` that is 1 gives each pivot by its column, negated
+    for column, unknown in enumerate(free, rank):
         for row, pivot in enumerate(pivots):
-            Q[pivot, place] = -reduced[row, column]
+            Q[pivot, column] = -reduced[row, unknown]
     return Q, rank
 
 
-def _below_ones(count: int, Q: Rational) -> Rational:
-    """The block diagonal matrix of so many ones and Q."""
+def _below_identity(count: int, Q: Rational) -> Rational:
+    """The block diagonal matrix of the identity (count, count) and Q."""
     n = count + Q.ncols()
     larger = flint.fmpq_mat(n, n)
     for i in range(n):
@@ -284,9 +288,9 @@ def _block_of(rows: NDArray[np.intp], X: Balls) -> Balls:
 
 
 def middle_and_half(low: float, high: float) -> tuple[float, float]:
-    """A double near the middle of two, and how far numbers between them may lie from it."""
+    """A double near the middle of two, and how far numbers between them may lie from it at most."""
     if low == high:
-        return low, 0.0  # one value, of which nothing moves
+        return low, 0.0
     middle = (low + high) / 2.0
     return middle, float(np.nextafter(max(middle - low, high - middle), np.inf))
 
