@@ -78,7 +78,7 @@ def transport(brake: SolidBrake) -> tuple[Any, Any]:
     of_disc = brake.cells[:, VTK].max(axis=1) < brake.pairs[0, 1]
     corners = brake.cells[of_disc][:, np.argsort(VTK)].T
     disc = int(corners.max()) + 1
-    basis = Basis(MeshHex(brake.places[:disc].T, corners), ElementHex1())
+    basis = Basis(MeshHex(brake.coordinates[:disc].T, corners), ElementHex1())
     x, y, _ = np.asarray(basis.global_coordinates())
     values = np.array([np.asarray(b[0]) for b in basis.basis])
     slopes = np.array([x * b[0].grad[1] - y * b[0].grad[0] for b in basis.basis])
@@ -88,7 +88,7 @@ def transport(brake: SolidBrake) -> tuple[Any, Any]:
     gyroscopic = (carried - carried.transpose(0, 2, 1)) / 2  # skew, as over the closed ring
     nodes = basis.element_dofs.T
     where = np.repeat(nodes, 8, axis=1).ravel(), np.tile(nodes, 8).ravel()
-    others = len(brake.places) - disc
+    others = len(brake.coordinates) - disc
     found = []
     for entries in (gyroscopic, centrifugal):
         scalar = coo_array((entries.ravel(), where), shape=(disc, disc))
@@ -111,7 +111,7 @@ def _radial_friction(brake: SolidBrake) -> Any:
     }
     entries = []
     for pair, (below, above) in enumerate(brake.pairs.tolist()):
-        x, y, _ = brake.places[above]
+        x, y, _ = brake.coordinates[above]
         radius = math.hypot(x, y)
         for node, sign in ((above, 1.0), (below, -1.0)):
             for direction, share in ((0, x / radius), (1, y / radius)):
@@ -121,7 +121,7 @@ def _radial_friction(brake: SolidBrake) -> Any:
     values, pairs, rows = zip(*entries, strict=True)
     shape = len(brake.pairs), brake.system.n
     slide = coo_array((values, (pairs, rows)), shape=shape).tocsc()
-    radii = np.hypot(*brake.places[brake.pairs[:, 1], :2].T)
+    radii = np.hypot(*brake.coordinates[brake.pairs[:, 1], :2].T)
     return csc_array(slide.T @ diags_array(brake.area / radii) @ slide)
 
 

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 
 ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement
-PAD = 4  # elements along the pad
-GAUSS = 4  # points along each edge of a cell
+PAD = 4  # of these elements under the pad
+GAUSS = 4  # Gauss points along each edge of a cell
 CORNERS = (  # of a cell, in steps along r, phi and z
     *((0, 0, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0)),
     *((0, 1, 1), (1, 0, 1), (1, 1, 0), (1, 1, 1)),
@@ -42,35 +42,53 @@ VTK = [0, 3, 6, 2, 1, 5, 7, 4]  # corners of a cell in the order of VTK
 
 @dataclass(frozen=True)
 class Geometry:
-    """Sizes (m), materials (Pa, -, kg/m^3) and stiffnesses (N/m^3, N/m) of disc and pad."""
+    """Sizes (m), materials and stiffnesses (N/m^3: those of an area) of disc and pad.
 
-    inner: float = 0.075
+    A material is Young's modulus (Pa), Poisson's ratio and density (kg/m^3).
+    """
+
+    inner: float = 0.075  # radii of the disc
     outer: float = 0.140
     thickness: float = 0.012
     pad_thickness: float = 0.014
     disc: tuple[float, float, float] = (1.1e11, 0.26, 7200.0)
     pad: tuple[float, float, float] = (9.0e9, 0.3, 2900.0)
-    contact: float = 6.0e11  # normal stiffness of an area
-    piston: float = 2.0e10  # behind the pad, of an area
-    abutment: float = 4.0e9  # at the pad's ends, of an area, along the motion
-    damping: tuple[float, float] = (3.0, 3.0e-8)  # Rayleigh
+    contact: float = 6.0e11  # normal stiffness
+    piston: float = 2.0e10  # behind the pad, along z
+    abutment: float = 4.0e9  # at both ends of the pad, along x and y
+    damping: tuple[float, float] = (3.0, 3.0e-8)  # Rayleigh's alpha (1/s) and beta (s)
 
 
 @dataclass(frozen=True, eq=False)
 class SolidBrake:
-    """The system with its parameters mu and contact (a factor of the contact's stiffness).
+    """The brake as one system with the contact closed, and as two bodies with a contact that opens.
 
-    `nodes`, `directions` (n,) tell what each row is, `places` (nodes, 3) where in m; `cells`
-    (elements, 8) the nodes of each hexahedron in the order of VTK. `pairs` (m, 2) are the nodes of
-    disc and pad in contact with their `area` (m,). `bodies` are disc and pad without contact, which
-    `contact` joins, and whose pairs may open; their nodes are counted from 1, and the load of the
-    pad is a pressure of 1 Pa behind the contact, where the piston acts.
+    Nodes are counted from 0, but from 1 in `bodies` and `contact`.
+
+    Attributes
+    ----------
+    system : TermSystem
+        n rows, parameters mu and contact (a factor of the contact's stiffness).
+    nodes, directions : array (n,)
+        Node and direction (0 to 2 for x, y, z) of each row; clamped nodes have no row.
+    coordinates : array (nodes, 3)
+        In m.
+    cells : array (elements, 8)
+        The nodes of each hexahedron in the order of VTK.
+    pairs : array (m, 2)
+        The nodes of disc and pad that touch.
+    area : array (m,)
+        The contact area of each pair, m^2.
+    bodies : (Component, Component)
+        Disc and pad without contact. The load of the pad is a pressure of 1 Pa on its back.
+    contact : Contact
+        Joins the bodies; its pairs may open.
     """
 
     system: TermSystem = field(repr=False)
     nodes: NDArray[np.intp] = field(repr=False)
     directions: NDArray[np.intp] = field(repr=False)
-    places: NDArray[np.float64] = field(repr=False)
+    coordinates: NDArray[np.float64] = field(repr=False)
     cells: NDArray[np.intp] = field(repr=False)
     pairs: NDArray[np.intp] = field(repr=False)
     area: NDArray[np.float64] = field(repr=False)
@@ -88,8 +106,8 @@ def _grid(
     Returns
     -------
     numbers : array (radii, angles, heights)
-        Of the nodes.
-    places : array (3, nodes)
+        The number of each node, from 0.
+    coordinates : array (3, nodes)
         x, y and z of each node.
     cells : array (8, cells)
         The nodes at the corners of each cell, in the order of `CORNERS`.
@@ -97,28 +115,42 @@ def _grid(
     shape = (len(radii), len(angles), len(heights))
     numbers = np.arange(math.prod(shape)).reshape(shape)
     r, phi, z = np.meshgrid(radii, angles, heights, indexing="ij")
-    places = np.array([(r * np.cos(phi)).ravel(), (r * np.sin(phi)).ravel(), z.ravel()])
+    coordinates = np.array([(r * np.cos(phi)).ravel(), (r * np.sin(phi)).ravel(), z.ravel()])
     corners = []
     for to_r, to_phi, to_z in CORNERS:
+        # at the index of each node the number of the node that lies by these steps further on
         shifted = np.roll(numbers, (-to_r, -to_phi, -to_z), axis=(0, 1, 2))
         # a cell begins at each node but the last ones of an axis; around a closed ring it begins at
         # the last angle, too, and `np.roll` gives it the first angle as its end
         of_cells = shifted[:-1, :, :-1] if closed else shifted[:-1, :-1, :-1]
         corners.append(of_cells.ravel())
-    return numbers, places, np.array(corners)
+    return numbers, coordinates, np.array(corners)
 
 
 def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
-    """Trilinear shape functions (cells, 8, points) of hexahedra at Gauss points, and their slopes
-    (cells, 8, 3, points) in x, y, z, both times the root of the weight.
+    """Trilinear shape functions of hexahedra, and their slopes, at Gauss points.
 
-    corners (cells, 8, 3) in m, in the order of `CORNERS`.
+    Both are multiplied by the root of the volume of each point, its weight times the determinant of
+    the Jacobian: so the sum over the points of a product of two is its integral over the cell.
+
+    Parameters
+    ----------
+    corners : array (cells, 8, 3)
+        Coordinates in m, in the order of `CORNERS`.
+
+    Returns
+    -------
+    shapes : array (cells, 8, points)
+        Of each corner.
+    slopes : array (cells, 8, 3, points)
+        Derivatives in x, y and z.
     """
-    places, weights = np.polynomial.legendre.leggauss(GAUSS)
-    steps = np.indices((GAUSS, GAUSS, GAUSS)).reshape(3, -1)
-    points = ((places[steps] + 1.0) / 2.0).T
-    weight = np.prod(weights[steps] / 2.0, axis=0)
-    is_far = np.array(CORNERS)[:, None] == 1  # (corner, 1, axis)
+    abscissae, weights = np.polynomial.legendre.leggauss(GAUSS)
+    indices = np.indices((GAUSS, GAUSS, GAUSS)).reshape(3, -1)  # of each point on each axis
+    # from -1 ... 1 to the coordinates of the cell, 0 ... 1: (point, axis)
+    points = ((abscissae[indices] + 1.0) / 2.0).T
+    weight = np.prod(weights[indices] / 2.0, axis=0)
+    is_far = np.array(CORNERS)[:, None] == 1  # (corner, 1, axis): the corner at 1 on this axis
     # a shape function is a product over the axes of s or 1 - s, whose slope is 1 or -1
     factor = np.where(is_far, points, 1.0 - points)  # (corner, point, axis)
     slope = np.where(is_far, 1.0, -1.0)
@@ -133,44 +165,46 @@ def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
     # e: cell, c: corner, p: point, i: axis of space, a: axis of the cell
     jacobian = np.einsum("eci,acp->epia", corners, local)
     inverse = np.linalg.inv(jacobian)
-    roots = np.sqrt(np.abs(np.linalg.det(jacobian)) * weight)  # (cells, points)
+    root_of_volume = np.sqrt(np.abs(np.linalg.det(jacobian)) * weight)  # (cell, point)
     slopes = np.einsum("epai,acp->ecip", inverse, local)
-    return shapes * roots[:, None], slopes * roots[:, None, None]
+    return shapes * root_of_volume[:, None], slopes * root_of_volume[:, None, None]
 
 
 def _mass_and_stiffness(
-    places: NDArray, cells: NDArray, material: tuple[float, float, float]
+    coordinates: NDArray, cells: NDArray, material: tuple[float, float, float]
 ) -> tuple[csc_array, csc_array]:
     """Mass and stiffness matrices (3 nodes, 3 nodes) of an elastic body of linear hexahedra.
 
-    Isotropic elasticity: the energy density is lame / 2 (div u)^2 + shear e : e, of strains e. A
-    row is that of a node and a direction, node by node. places (3, nodes), cells (8, cells): see
-    `_grid`; material: Young's modulus, Poisson's ratio and density.
+    Isotropic elasticity: the energy density is lame / 2 (div u)^2 + shear e : e, of strains e. Row
+    3 k + i is direction i of node k. coordinates (3, nodes), cells (8, cells): see `_grid`;
+    material: see `Geometry`.
     """
     from scipy.sparse import coo_array
 
     young, poisson, density = material
     shear = young / (2.0 * (1.0 + poisson))
     lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-    shapes, slopes = _at_gauss_points(places.T[cells.T])
+    shapes, slopes = _at_gauss_points(coordinates.T[cells.T])
     count = cells.shape[1]
-    flat = slopes.reshape(count, 24, -1)  # corner and direction, point
+    flat = slopes.reshape(count, 24, -1)  # (cell, corner and direction, point)
     # (cell, corner c, direction i, corner d, direction j): integrals of products d_i N_c d_j N_d of
     # slopes of the shape functions N
     products = (flat @ flat.transpose(0, 2, 1)).reshape(count, 8, 3, 8, 3)
+    # matrices of each cell, with the axes of `products`
     # lame d_i N_c d_j N_d + shear d_j N_c d_i N_d, and for i = j shear grad N_c . grad N_d
     K = lame * products + shear * products.transpose(0, 1, 4, 3, 2)
     M = np.zeros_like(K)
-    gradient = np.einsum("ecidi->ecd", products)
-    mass = shapes @ shapes.transpose(0, 2, 1)
+    gradients = np.einsum("ecidi->ecd", products)  # integrals of grad N_c . grad N_d
+    shape_products = shapes @ shapes.transpose(0, 2, 1)  # integrals of N_c N_d
     for direction in range(3):
-        K[:, :, direction, :, direction] += shear * gradient
-        M[:, :, direction, :, direction] = density * mass
-    rows = (3 * cells.T[:, :, None] + np.arange(3)).reshape(count, 24)
+        K[:, :, direction, :, direction] += shear * gradients
+        M[:, :, direction, :, direction] = density * shape_products
+    rows = (3 * cells.T[:, :, None] + np.arange(3)).reshape(count, 24)  # of each cell
     positions = (np.repeat(rows, 24, axis=1).ravel(), np.tile(rows, 24).ravel())
-    n = 3 * places.shape[1]
+    n = 3 * coordinates.shape[1]
 
     def assembled(entries: NDArray) -> csc_array:
+        # entries of neighbouring cells at the same position are added
         matrix = coo_array((entries.ravel(), positions), shape=(n, n)).tocsc()
         matrix.eliminate_zeros()
         return matrix
@@ -184,7 +218,7 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
     Parameters
     ----------
     rows : int
-        Least number of degrees of freedom, 500 to 1,000,000; the disc alone has as many.
+        Least number of degrees of freedom of the disc alone, 500 to 1,000,000.
     around : int
         Elements around the disc for each level of refinement, a multiple of 6.
 
@@ -203,39 +237,43 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
     # level along phi, level + 1 along z
     while 3 * (2 * level * around * level * (level + 1)) < rows:
         level += 1
-    along_pad = around * PAD // ROUND * level  # elements
+    along_pad = around * PAD // ROUND * level  # elements under the pad, in the direction of phi
     radii = np.linspace(sizes.inner, sizes.outer, 2 * level + 1)
     angles = 2 * np.pi * np.arange(around * level) / (around * level)
     pad_radii = radii[level:]
     pad_angles = angles[: along_pad + 1]
     disc_heights = np.linspace(-sizes.thickness, 0.0, level + 1)
     pad_heights = np.linspace(0.0, sizes.pad_thickness, level + 1)
-    disc, disc_places, disc_cells = _grid(radii, angles, disc_heights, closed=True)
-    pad, pad_places, pad_cells = _grid(pad_radii, pad_angles, pad_heights, closed=False)
-    disc_mass, disc_stiffness = _mass_and_stiffness(disc_places, disc_cells, sizes.disc)
-    pad_mass, pad_stiffness = _mass_and_stiffness(pad_places, pad_cells, sizes.pad)
+    # disc, pad: the numbers of their nodes (radii, angles, heights)
+    disc, disc_coordinates, disc_cells = _grid(radii, angles, disc_heights, closed=True)
+    pad, pad_coordinates, pad_cells = _grid(pad_radii, pad_angles, pad_heights, closed=False)
+    disc_mass, disc_stiffness = _mass_and_stiffness(disc_coordinates, disc_cells, sizes.disc)
+    pad_mass, pad_stiffness = _mass_and_stiffness(pad_coordinates, pad_cells, sizes.pad)
     pad += disc.size  # the nodes of the pad are numbered behind those of the disc
-    places = np.hstack([disc_places, pad_places])
+    coordinates = np.hstack([disc_coordinates, pad_coordinates])
     cells = np.hstack([disc_cells, pad_cells + disc.size])
 
-    # the pad lies on the outer half of the disc, on nodes of the same places
+    # the lower face of the pad lies on the outer half of the disc's upper face, node on node
     on_disc = disc[level:, : along_pad + 1, -1].ravel()
     pairs = np.column_stack([on_disc, pad[:, :, 0].ravel()])
     area = _areas(pad_radii, pad_angles)
+
+    # rows are 3 node + direction: 3 node + 2 is that along z
     back = pad[:, :, -1].ravel()
-    ground = np.zeros(places.size)  # stiffness of each row to the ground
+    ground = np.zeros(coordinates.size)  # stiffness of each row to the ground, N/m
     ground[3 * back + 2] = sizes.piston * area
-    load = np.zeros(places.size)
+    load = np.zeros(coordinates.size)  # N: 1 Pa on the back presses the pad down
     load[3 * back + 2] = -area
-    for end in (0, -1):
+    for end in (0, -1):  # the first and the last angle of the pad
         nodes_of_end = pad[:, end, :].ravel()
         end_area = (sizes.outer - pad_radii[0]) * sizes.pad_thickness
         area_of_node = end_area / len(nodes_of_end)
         ground[3 * nodes_of_end] += sizes.abutment * area_of_node
         ground[3 * nodes_of_end + 1] += sizes.abutment * area_of_node
 
+    # the disc is clamped at its inner radius
     clamped = (3 * disc[0].ravel()[:, None] + np.arange(3)).ravel()
-    free = np.setdiff1d(np.arange(places.size), clamped)
+    free = np.setdiff1d(np.arange(coordinates.size), clamped)
     M = csc_array(block_diag([disc_mass, pad_mass]))
     K = csc_array(block_diag([disc_stiffness, pad_stiffness]) + diags_array(ground))
     alpha, beta = sizes.damping
@@ -250,7 +288,7 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
             TermSystem(terms(M, rows), terms(C, rows), terms(K, rows), name=name),
             nodes + 1,
             rows % 3,
-            places=places.T[nodes],
+            places=coordinates.T[nodes],
             load=load[rows],
         )
 
@@ -265,11 +303,11 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
         area=area,
         axis=along_axis,
     )
-    by_name = {one.name: one for one in bodies}
+    by_name = {component.name: component for component in bodies}
     directions = pair_directions(contact.located(by_name), by_name)
     # a pair has the gap g = G q along z and the slip s = S q along the motion of the disc; with
     # springs k the stiffness of contact is G^T k G, that of its friction S^T k G for mu = 1
-    springs = directions.normal.multiply((sizes.contact * area)[:, None])
+    springs = directions.normal.multiply((sizes.contact * area)[:, None])  # k G
     system = TermSystem(
         M=terms(M, free),
         C=terms(C, free),
@@ -286,7 +324,7 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
         system,
         nodes=free // 3,
         directions=free % 3,
-        places=places.T,
+        coordinates=coordinates.T,
         cells=cells[VTK].T,
         pairs=pairs,
         area=area,
@@ -296,7 +334,10 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
 
 
 def _areas(radii: NDArray, angles: NDArray) -> NDArray:
-    """Share of the contact's area of each node (r, phi)."""
+    """The contact area (m^2) of each node (r, phi), r dr dphi; phi varies fastest.
+
+    radii in m, angles in rad, both evenly spaced.
+    """
     along_radius = np.ones(len(radii))
     along_angle = np.ones(len(angles))
     for weights in (along_radius, along_angle):
@@ -358,6 +399,7 @@ def _write_ansys(path: Path, matrix: csc_array, labels: Labels) -> None:
     symmetric, entries = _entries(matrix)
     n = matrix.shape[0]
     columns = [column for _, column, _ in entries]  # rising, see `_entries`
+    # where the entries of each column begin, counted from 1, and where the last column ends
     starts = np.searchsorted(columns, np.arange(n + 1)) + 1
     values = [f"{value:25.16E}".replace("E", "D") for _, _, value in entries]
     blocks = [
@@ -389,6 +431,7 @@ def _dmig_text(name: str, matrix: csc_array, labels: Labels) -> str:
     """Cards DMIG of a punch file in large fields, with the ten digits that these hold."""
     symmetric, entries = _entries(matrix)
     form = 6 if symmetric else 1
+    # fields: name, 0 of a header, form, type 2 of entries and of results: real, double precision
     lines = [f"DMIG    {name:8}{0:8d}{form:8d}{2:8d}{0:8d}"]
     last_column = -1
     for row, column, value in entries:
@@ -406,6 +449,7 @@ WRITERS = {"abaqus": _write_abaqus, "ansys": _write_ansys, "calculix": _write_ca
 def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]:
     """Write the matrices as a program would. Returns the system file that reads them, as a mapping.
 
+    Its keys M, C and K (`MATRIX_PARTS`) hold a list each, an entry for each matrix that is added.
     form: the program, of `FILES`.
     """
     from scipy.io import savemat
@@ -417,7 +461,7 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
         "parameters": dict(system.parameters),
         "parameter": system.parameter,
     }
-    matrices = [term.matrix for term in system.terms]
+    matrix_of_key = {}
     for part, name, key, term in zip(MATRIX_PARTS, FILES[form], KEYS, system.terms, strict=True):
         entry: dict[str, Any] = {"file": name, "factor": term.factor.text}
         if form not in WRITERS:  # all matrices are in one file, which is written below
@@ -427,38 +471,38 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
             if form != "ansys":  # whose files say themselves whether they are symmetric
                 entry["symmetric"], _ = _entries(term.matrix)
         document.setdefault(part, []).append(entry)
-    named = dict(zip(KEYS, matrices, strict=True))
+        matrix_of_key[key] = term.matrix
     path = folder / FILES[form][0]
     if form == "matlab":
-        savemat(path, named)
+        savemat(path, matrix_of_key)
     elif form == "nastran":
-        cards = [_dmig_text(key, matrix, labels) for key, matrix in named.items()]
+        cards = [_dmig_text(key, matrix, labels) for key, matrix in matrix_of_key.items()]
         path.write_text("".join(cards), encoding="ascii")
     return document
 
 
 def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
     """Write matrices in the form of a program, coordinates, elements and the system file."""
-    has_input_file = form in ("abaqus", "calculix")  # which names nodes and elements
+    has_input_file = form in ("abaqus", "calculix")  # it holds nodes and elements
     mesh = {"coordinates": {"file": "nodes.csv"}, "elements": {"file": "elements.csv"}}
     if has_input_file:
         mesh = {key: {"file": "brake.inp"} for key in mesh}
-    with whole_folder(folder) as place:
+    with whole_folder(folder) as temporary:
         if form == "npz":
-            write_system(place, brake.system, "npz", **mesh)
+            write_system(temporary, brake.system, "npz", **mesh)
         else:
-            document = write_matrices(place, brake, form) | mesh
-            write_text(place / "system.yaml", yaml.safe_dump(document, sort_keys=False))
+            document = write_matrices(temporary, brake, form) | mesh
+            write_text(temporary / "system.yaml", yaml.safe_dump(document, sort_keys=False))
         if has_input_file:
-            write_text(place / "brake.inp", _input_file(brake))
+            write_text(temporary / "brake.inp", _input_file(brake))
         else:
-            write_tables(place, brake)
+            write_tables(temporary, brake)
 
 
 def _input_file(brake: SolidBrake) -> str:
     """Nodes and elements as Abaqus and CalculiX read them."""
     lines = ["*NODE"]
-    for number, (x, y, z) in enumerate(brake.places.tolist(), 1):
+    for number, (x, y, z) in enumerate(brake.coordinates.tolist(), 1):
         lines.append(f"{number}, {x}, {y}, {z}")
     lines.append("*ELEMENT, TYPE=C3D8")
     for number, corners in enumerate((brake.cells + 1).tolist(), 1):
@@ -468,12 +512,12 @@ def _input_file(brake: SolidBrake) -> str:
 
 def write_tables(folder: Path, brake: SolidBrake) -> None:
     """Nodes with their directions, and elements, as tables."""
-    places = brake.places.tolist()
+    coordinates = brake.coordinates.tolist()
     nodes = []
     for node, direction in zip(brake.nodes.tolist(), brake.directions.tolist(), strict=True):
-        nodes.append((node + 1, "xyz"[direction], *places[node]))
-    for node in np.setdiff1d(np.arange(len(places)), brake.nodes).tolist():
-        nodes.append((node + 1, "fixed", *places[node]))
+        nodes.append((node + 1, "xyz"[direction], *coordinates[node]))
+    for node in np.setdiff1d(np.arange(len(coordinates)), brake.nodes).tolist():
+        nodes.append((node + 1, "fixed", *coordinates[node]))
     write_csv(folder / "nodes.csv", ["node", "dof", "x", "y", "z"], nodes)
     heads = ["element", "type", *(f"node{corner}" for corner in range(1, 9))]
     elements = enumerate((brake.cells + 1).tolist(), 1)
@@ -484,7 +528,8 @@ def write_tables(folder: Path, brake: SolidBrake) -> None:
 def write_parts(folder: Path, brake: SolidBrake) -> None:
     """Disc and pad, a folder each, the pairs of their nodes and the file that joins them."""
     contact = brake.contact
-    table = zip(*contact.pairs.T.tolist(), contact.area.tolist(), strict=True)
+    first, second = contact.pairs.T.tolist()
+    rows_of_pairs = zip(first, second, contact.area.tolist(), strict=True)
     document = {
         "name": "solid brake",
         "parameters": {"mu": 0.4, "pressure": 2.0e6, "wear": 0.0},
@@ -506,7 +551,7 @@ def write_parts(folder: Path, brake: SolidBrake) -> None:
             }
         ],
     }
-    with whole_folder(folder) as place:
-        write_components(place, brake.bodies, "npz")
-        write_csv(place / "pairs.csv", ["first", "second", "area"], table)
-        write_text(place / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))
+    with whole_folder(folder) as temporary:
+        write_components(temporary, brake.bodies, "npz")
+        write_csv(temporary / "pairs.csv", ["first", "second", "area"], rows_of_pairs)
+        write_text(temporary / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))

@@ -106,14 +106,14 @@ def write_brake(folder: Path, size: Size) -> None:
     home = folder / "brake"
     write_matrices(home, solid_brake(size.rows), size.form)
     if size != Size():
-        return  # a test, a shim and ranges are of the usual one
+        return  # lining, test, shim and ranges go with nodes and frequencies of the default brake
     (home / "lining.csv").write_text(LINING, encoding="utf-8")
     system = (home / "system.yaml").read_text(encoding="utf-8")
-    for name, of_contact in DAMPED.items():
-        text = system.replace("  factor: contact\n", "  factor: contact\n" + of_contact)
-        text += "damping: {structural: 0.002}\n"
+    for name, contact_damping in DAMPED.items():
+        text = system.replace("  factor: contact\n", "  factor: contact\n" + contact_damping)
+        text += "damping: {structural: 0.002}\n"  # of the whole brake
         (home / f"{name}.yaml").write_text(text, encoding="utf-8")
-    for name, entry in SHIM.items():
+    for name, entry in SHIM.items():  # on the diagonal, in direction 3 of each node
         lines = (f"{node},3, {node},3, {entry}\n" for node in SHIM_NODES)
         (folder / name).write_text("".join(lines), encoding="utf-8")
     (folder / "test.csv").write_text(TEST, encoding="utf-8")
@@ -132,12 +132,14 @@ def write_rotor(folder: Path, _: Size) -> None:
     from scipy.io import mmwrite
     from scipy.sparse import coo_array
 
+    # rows: their number; matrices: of M, C, G and K the entries (row, column, value)
     data = json.loads((HERE / "rotor.json").read_text(encoding="utf-8"))
     shape = (data["rows"], data["rows"])
     matrices = {}
     for name, entries in data["matrices"].items():
         rows, columns, values = zip(*entries, strict=True)
         matrices[name] = coo_array((values, (rows, columns)), shape=shape)
+    # what the bearings couple across is the skew part of K
     matrices["cross"] = (matrices["K"] - matrices["K"].T) / 2
     matrices["K"] = matrices["K"] - matrices["cross"]
     home = folder / "rotor"
@@ -147,7 +149,7 @@ def write_rotor(folder: Path, _: Size) -> None:
     (home / "rotor.yaml").write_text(ROTOR, encoding="utf-8")
     directions = ("x", "y", "z", "rx", "ry", "rz")
     lines = ["node,dof,x,y,z"]
-    for row in range(data["rows"]):
+    for row in range(data["rows"]):  # node by node
         node, direction = divmod(row, len(directions))
         lines.append(f"{node + 1},{directions[direction]},0,0,{ROTOR_LENGTH * node}")
     (home / "nodes.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -200,17 +202,19 @@ EXAMPLES = {
 def write_example(name: str, folder: Path, size: Size) -> list[str]:
     """Write an example into a folder; its files by name, relative to the folder.
 
-    `size` is that of a brake of solids. Nothing that is there is overwritten. Raises InputError for
-    an unknown name, and for files that are there already.
+    `size` is that of a brake of solids. No file of the folder is overwritten. Raises InputError for
+    an unknown name, and for files that are in the folder already.
     """
     if name not in EXAMPLES:
         raise InputError(f"{name}: is no example; {', '.join(EXAMPLES)} are")
-    with whole_folder(folder) as place:
-        EXAMPLES[name].write(place, size)
-        files = sorted(path.relative_to(place) for path in place.rglob("*") if path.is_file())
-        for path in files:
-            if (folder / path).exists():
-                raise InputError(
-                    f"{folder / path}: is there already; move it, or name a new folder"
-                )
-    return [path.as_posix() for path in files]
+    with whole_folder(folder) as temporary:
+        EXAMPLES[name].write(temporary, size)
+        files = []
+        for path in sorted(temporary.rglob("*")):
+            if path.is_file():
+                name_in_folder = path.relative_to(temporary)
+                target = folder / name_in_folder
+                if target.exists():
+                    raise InputError(f"{target}: is there already; move it, or name a new folder")
+                files.append(name_in_folder.as_posix())
+    return files

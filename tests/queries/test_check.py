@@ -38,7 +38,7 @@ def file_of(brake, stiffness=1.0, mass=1.0, length=1.0):
     own = brake.system
     K = tuple(Term(stiffness * t.matrix, t.factor) for t in own.K)
     M = tuple(Term(mass * t.matrix, t.factor) for t in own.M)
-    at = Coordinates(brake.nodes, brake.directions, length * brake.places)
+    at = Coordinates(brake.nodes, brake.directions, length * brake.coordinates)
     return SystemFile(TermSystem(M, (), K, own.parameters), coordinates=at)
 
 
@@ -50,7 +50,7 @@ def test_mass_and_modes_of_a_brake_are_reported(brake):
     along = [np.where(brake.directions == way, 1.0, 0.0) for way in range(3)]
     masses = [r @ M @ r for r in along]
     assert found.mass == pytest.approx(np.mean(masses))
-    x = brake.places[brake.nodes, 0]
+    x = brake.coordinates[brake.nodes, 0]
     assert found.centre[0] == pytest.approx(sum(r @ M @ (r * x) for r in along) / sum(masses))
     assert (found.free, found.negative, found.hints) == (0, 0, ())
 
@@ -186,9 +186,9 @@ def test_nodes_are_found_by_the_labels_of_rows(tmp_path, brake):
     whole = squeal.check(squeal.read_system(system))  # by the input file
     assert whole.elements == len(brake.cells)
     system.write_text(re.sub(r"(?s)file: brake.inp\n.*", "file: nodes.csv\n", system.read_text()))
-    held = np.setdiff1d(np.arange(len(brake.places)), brake.nodes)  # corners of elements
+    held = np.setdiff1d(np.arange(len(brake.coordinates)), brake.nodes)  # corners of elements
     each = np.concatenate([held, np.unique(brake.nodes)[::-1]])
-    lines = (f"{node + 1},{','.join(map(repr, brake.places[node].tolist()))}" for node in each)
+    lines = (f"{node + 1},{','.join(map(repr, brake.coordinates[node].tolist()))}" for node in each)
     (tmp_path / "nodes.csv").write_text("\n".join(["node,x,y,z", *lines]))
     again = squeal.check(squeal.read_system(system))
     assert (again.mass, again.centre, again.size) == (whole.mass, whole.centre, whole.size)

@@ -23,11 +23,11 @@ def test_friction_is_the_normal_force_along_the_motion(brake):
     at = brake.system.at
     K1 = at({"mu": 1.0})[2] - at({"mu": 0.0})[2]
     contact = at({"mu": 0.0, "contact": 1.0})[2] - at({"mu": 0.0, "contact": 0.0})[2]
-    x, y, _ = brake.places[brake.nodes].T
+    x, y, _ = brake.coordinates[brake.nodes].T
     radius = np.hypot(x, y)
     along = np.where(brake.directions == 0, -y / radius, 0.0)
     along += np.where(brake.directions == 1, x / radius, 0.0)
-    pad = brake.nodes >= len(brake.places) - PAD_NODES
+    pad = brake.nodes >= len(brake.coordinates) - PAD_NODES
     up = np.where(pad & (brake.directions == 2), 1.0, 0.0)
     force = contact @ up
     friction = K1 @ up
@@ -82,4 +82,6 @@ def test_it_is_written_and_read_back(brake, tmp_path):
     for one, other in zip(file.system.at({"mu": 0.3}), brake.system.at({"mu": 0.3}), strict=True):
         assert abs(one - other).max() <= 1e-12 * abs(other).max()
     assert file.coordinates is not None
-    assert np.allclose(file.coordinates.places[file.coordinates.nodes], brake.places[brake.nodes])
+    assert np.allclose(
+        file.coordinates.places[file.coordinates.nodes], brake.coordinates[brake.nodes]
+    )
