@@ -36,19 +36,22 @@ from squeal.results.thresholds import Thresholds
 from squeal.simulation.run import Simulation
 
 
-def draw(answer: Answer, path: Path, name: str = "", **more: Any) -> None:
-    """Save the figure of an answer; `name` says what of."""
-    save(drawing(answer, name, **more), path, text=False)
+def draw(answer: Answer, path: Path, name: str = "", **options: Any) -> None:
+    """Save the figure of an answer; for name and options see `drawing`."""
+    save(drawing(answer, name, **options), path, text=False)
 
 
-def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
-    """The whole figure of an answer; `name` says what of."""
+def drawing(answer: Answer, name: str = "", **options: Any) -> Drawing:
+    """The whole figure of an answer.
+
+    name: the subject, such as the file that was read; options: those of the function in `DRAWN`.
+    """
     shown_name = name or getattr(answer, "name", "") or "the scene"
-    return _function_of(answer)(answer, shown_name, **more)
+    return _function_of(answer)(answer, shown_name, **options)
 
 
 def _function_of(answer: Answer) -> Callable[..., Drawing]:
-    """What draws the whole figure of an answer, that of its panel where there is no other."""
+    """The function that draws the whole figure of an answer: its panel, if `DRAWN` has none."""
     return DRAWN.get(type(answer), panel_drawing)
 
 
@@ -87,15 +90,18 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
 
 
 def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
-    """A mode, by its number, on the nodes of a system, or of a pad. Raises InputError without nodes
-    or mode."""
+    """The shape of the mode with the number `shape`: of a pad, or on the nodes of a system.
+
+    Raises InputError for a system without coordinates, and for a number that no mode has.
+    """
     source = answer.source
-    coordinates = None
+    coordinates = None  # of a pad
     if isinstance(source, SystemSource):
         coordinates = source.file.coordinates
         if coordinates is None:
-            words = "shape: needs a system with `coordinates: {file: nodes.csv}` in its file"
-            raise InputError(words)
+            raise InputError(
+                "shape: needs a system with `coordinates: {file: nodes.csv}` in its file"
+            )
     numbers = answer.modes.tolist()
     if shape not in numbers:
         allowed = "left out without a root"
@@ -111,8 +117,8 @@ def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
         figure = modes.pad_figure(pad, source.analysis.q, [mode])
         return modes.modes_drawing(name, [root], figure)
     frequency = number(root.frequency_hz)
-    words = f"mode {shape}, {frequency} Hz, growth rate {number(root.growth_rate)} 1/s"
-    return modes.shape_drawing(name, words, coordinates, root.right)
+    heading = f"mode {shape}, {frequency} Hz, growth rate {number(root.growth_rate)} 1/s"
+    return modes.shape_drawing(name, heading, coordinates, root.right)
 
 
 def _thresholds_of_pad(
@@ -130,7 +136,11 @@ def _sweep(
     thresholds: Thresholds | None = None,
     width: str = "page",
 ) -> Drawing:
-    """Modes over the parameter, or with `damping` their damping ratios over frequency."""
+    """Modes over the parameter, or with `damping` their damping ratios over frequency.
+
+    thresholds, width: of the chart of damping alone, see `damping_drawing`. Raises InputError for
+    thresholds of another subject, and for a width without `damping`.
+    """
     steps = sorted(answer.steps, key=attrgetter("value"))  # the sweep may have any order
     rising = replace(answer, steps=tuple(steps))
     if damping:
@@ -143,6 +153,7 @@ def _sweep(
     high = steps[-1].value
     if not isinstance(answer.source, PadSource) or low == high:  # one value is no path
         return coupling.sweep_drawing(name, rising)
+    # of a pad the paths are drawn from its thresholds, which are fast to compute
     scene = answer.source.scene
     return _thresholds_of_pad(scene, critical_friction(scene, high), name, low, high)
 
@@ -187,7 +198,7 @@ def _motion(
     run = motion.Run(
         name=name,
         model=answer.model,
-        stop=answer.final[0],
+        stop=answer.final[0],  # the time of the final state
         events=answer.events,
         shares=answer.shares or {},
         extrema=answer.extrema or {},

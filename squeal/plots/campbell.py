@@ -29,9 +29,9 @@ NAMED = 8  # critical speeds that stand in words beside their marks
 REACH = 6.0  # a growing frequency above so many times the highest critical one stays outside
 ABOVE = 1.05  # shown frequencies over the highest one that grows
 MARGIN = 1.6  # shown frequencies over the highest critical one
-NAMED_AT = 1.4  # share of that frequency at which the line of a multiple is named, at most
+NAMED_AT = 1.4  # of the highest critical frequency: where the line of a multiple is named, at most
 NAME_WIDTH = 0.08  # of the axis: names of critical speeds nearer than that are left out
-BISECTIONS = 16  # of a step of the speed, in which growth begins
+BISECTIONS = 16  # of the interval between two speeds in which growth begins
 
 
 def campbell_drawing(
@@ -56,9 +56,10 @@ def campbell_drawing(
     width : {"page", "column"}
         Of the figure.
     """
+    # Hz: the figure has to reach this frequency, and those that grow if they are not far above
     if answer.critical:
         highest = max(critical.frequency_hz for critical in answer.critical)
-    else:
+    else:  # where the highest multiple of the speed ends
         highest = max(answer.orders) * answer.high / math.tau
     growing_hz = answer.frequencies_hz[answer.growing]
     growing_hz = growing_hz[growing_hz <= REACH * highest]
@@ -85,7 +86,8 @@ def campbell_drawing(
             ylabel="frequency [Hz]",
         )
         _name_onset(axes, answer, top)
-        entries = _entries(answer, _mark_directions(axes, answer, top))
+        directions_at_end = _mark_directions(axes, answer, top)
+        entries = _entries(answer, directions_at_end)
         if paths is not None:
             _draw_named_modes(axes, paths, top)
             own_value = Paths(paths).own_value
@@ -126,8 +128,9 @@ def _mark_critical_speeds(axes: Axes, answer: CriticalSpeeds) -> None:
 
 def _draw_frequencies(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
     """Draw frequencies up to `top` (Hz) over the speed, red and thick where the mode grows."""
+    # a column for each rank of the frequencies, NaN at speeds where it is no mode of the band
     for hertz, grows in zip(answer.frequencies_hz.T, answer.growing.T, strict=True):
-        if (hertz <= top).any():  # NaN where the rank is no mode of the band
+        if (hertz <= top).any():
             axes.plot(answer.speeds, hertz, color="0.45", lw=0.7, zorder=1)
             axes.plot(answer.speeds, np.where(grows, hertz, np.nan), color=RED, lw=2.0, zorder=2)
 
@@ -145,7 +148,7 @@ def _draw_named_modes(axes: Axes, sweep: Sweep, top: float) -> None:
 
 
 def _mark_directions(axes: Axes, answer: CriticalSpeeds, top: float) -> set[str | None]:
-    """Mark the whirl of each mode up to `top` (Hz) by its direction, where its line ends.
+    """Mark the direction of whirl of each mode up to `top` (Hz) at the highest speed.
 
     Returns the directions that are marked.
     """
@@ -186,9 +189,10 @@ def _draw_multiple(axes: Axes, answer: CriticalSpeeds, order: float, highest: fl
 
 
 def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
-    """Write from which speed on some mode of at most `top` (Hz) grows, beside the lowest of them.
+    """Write the speed from which on some mode grows, beside the lowest frequency that grows there.
 
-    Two neighbouring speeds of the answer enclose that speed; bisection refines it.
+    Modes above `top` (Hz) do not count. Two neighbouring speeds of the answer enclose that speed;
+    bisection refines it.
     """
     grows = answer.growing & (answer.frequencies_hz <= top)
     unstable = np.flatnonzero(grows.any(axis=1))  # indices of speeds
@@ -213,9 +217,12 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
     write_beside(axes, text, (speed, hertz), (right, up), fontsize=7, color=RED)
 
 
-def _entries(answer: CriticalSpeeds, ends: set[str | None]) -> list[Line2D]:
-    """What a legend shows of the marks that are drawn; ends: directions of whirls at the end."""
-    drawn = {critical.direction for critical in answer.critical} | ends
+def _entries(answer: CriticalSpeeds, directions_at_end: set[str | None]) -> list[Line2D]:
+    """What a legend shows of the marks: those of critical speeds, and those at the highest speed.
+
+    directions_at_end: the directions of whirl that the latter mark.
+    """
+    drawn = {critical.direction for critical in answer.critical} | directions_at_end
     entries = []
     for direction, mark in MARKS.items():
         if direction in drawn:

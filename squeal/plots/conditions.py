@@ -22,7 +22,7 @@ TICKS = 24  # rows or columns that are named
 DARK = 0.6  # share of the largest growth from which on a cell is dark
 LEAST = 1e-12  # share of it from which on a cell is coloured: all that grows, however slowly
 UNKNOWN = "#BBBBBB"  # a condition without an answer
-CALM_LOOKS: dict[str, dict[str, Any]] = {
+LOOKS_WITHOUT_GROWTH: dict[str, dict[str, Any]] = {
     "stable": {"fc": "white"},
     "marginal": {"fc": "white", "hatch": "////"},
     "open": {"fc": "white", "hatch": "...."},
@@ -32,8 +32,11 @@ CALM_LOOKS: dict[str, dict[str, Any]] = {
 
 
 def conditions_drawing(answer: Conditions, name: str) -> Drawing:
-    """Rows and columns of conditions: white where nothing grows, the darker the faster it grows,
-    the frequency of the fastest mode in the cell, and how many grow if these are several."""
+    """Draw the matrix with its colour bar and legend: a cell for each condition.
+
+    A cell is white where nothing grows, and the darker the faster the fastest mode grows. It names
+    the frequency of that mode, and how many modes grow if these are several.
+    """
     row_count = len(_combinations(answer, _sides(answer).rows))
     with style():
         height = 1.5 + 0.26 * min(row_count, TICKS)
@@ -58,7 +61,10 @@ def conditions_drawing(answer: Conditions, name: str) -> Drawing:
 
 
 def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappable:
-    """Draw the matrix into an Axes; `look` goes to its cells."""
+    """Draw the matrix into an Axes, and return its cells for a colour bar (growth rate, 1/s).
+
+    `look` goes to the cells.
+    """
     sides = _sides(answer)
     rows = _combinations(answer, sides.rows)
     columns = _combinations(answer, sides.columns)
@@ -77,16 +83,14 @@ def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappabl
     }
     cells = axes.pcolormesh(growth.reshape(len(rows), len(columns)), **(defaults | look))
     for k, condition in enumerate(answer.conditions):
-        calm = CALM_LOOKS.get(_calm(condition), {})
-        if "hatch" in calm:
+        hatched = LOOKS_WITHOUT_GROWTH.get(_kind_without_growth(condition), {})
+        if "hatch" in hatched:
             row, column = divmod(k, len(columns))  # the parameters of the columns vary fastest
-            axes.add_patch(Rectangle((column, row), 1.0, 1.0, ec="0.8", lw=0.4, **calm))
+            axes.add_patch(Rectangle((column, row), 1.0, 1.0, ec="0.8", lw=0.4, **hatched))
     if len(answer.conditions) <= NAMED:
         _name_frequencies(axes, answer, len(columns), DARK * largest)
-    x_places, x_labels = _ticks(columns, "\n")
-    y_places, y_labels = _ticks(rows, ", ")
-    axes.set_xticks(x_places, x_labels)
-    axes.set_yticks(y_places, y_labels)
+    axes.set_xticks(*_ticks(columns, "\n"))
+    axes.set_yticks(*_ticks(rows, ", "))
     axes.tick_params(length=0.0)
     axes.set_xlabel(", ".join(_label(answer, name) for name in sides.columns))
     axes.set_ylabel(", ".join(_label(answer, name) for name in sides.rows))
@@ -101,8 +105,8 @@ def _label(answer: Conditions, name: str) -> str:
     return symbol(name) if unit == "1" else f"{symbol(name)} [{unit}]"
 
 
-def _calm(condition: Condition) -> str:
-    """Of a condition at which nothing is known to grow: why, a key of `CALM_LOOKS`; else ""."""
+def _kind_without_growth(condition: Condition) -> str:
+    """The key of `LOOKS_WITHOUT_GROWTH` of a condition; "" where a mode grows."""
     if condition.reason is not None:
         return "no answer"
     return "" if condition.modes else condition.verdict or "open"
@@ -110,9 +114,9 @@ def _calm(condition: Condition) -> str:
 
 def _entries(answer: Conditions) -> list[Patch]:
     """What a legend shows of the conditions at which nothing grows."""
-    present = {_calm(condition) for condition in answer.conditions}
+    present = {_kind_without_growth(condition) for condition in answer.conditions}
     entries = []
-    for name, look in CALM_LOOKS.items():
+    for name, look in LOOKS_WITHOUT_GROWTH.items():
         if name in present:
             entries.append(Patch(ec="0.6", lw=0.4, label=name, **look))
     return entries
@@ -163,11 +167,14 @@ def _combinations(answer: Conditions, names: Sequence[str]) -> list[tuple[float,
 
 
 def _ticks(values: Sequence[tuple[float, ...]], between: str) -> tuple[list[float], list[str]]:
-    """Places and labels of the rows or columns that are named."""
+    """Positions and labels of the rows or columns that are named: at most `TICKS`, evenly spaced.
+
+    values: of each row or column those of its parameters; between: stands between them in a label.
+    """
     step = math.ceil(len(values) / TICKS)
-    places = []
+    positions = []
     labels = []
     for k in range(0, len(values), step):
-        places.append(k + 0.5)
+        positions.append(k + 0.5)  # the middle of a cell
         labels.append(between.join(map(engineering, values[k])))
-    return places, labels
+    return positions, labels

@@ -61,7 +61,7 @@ def mark_events(
     low, reach : float
         Where the axis of mu begins, and its length.
     """
-    width = LABEL * reach
+    width = LABEL * reach  # of a label, in units of mu
     labelled_up_to = low  # the right end of the last label
     for mu, label, line in events:
         for axes in (upper, lower):
@@ -99,9 +99,9 @@ class _Panels(NamedTuple):
 class _Roots(NamedTuple):
     """Roots (m,) of all steps of a sweep."""
 
-    at: np.ndarray  # the parameter
-    values: np.ndarray  # rad/s, of pairs both
-    grow: np.ndarray
+    parameter: np.ndarray  # its value at each root
+    values: np.ndarray  # rad/s, both of a conjugate pair
+    grows: np.ndarray  # whether the verdict on each root is growth
     numbers: np.ndarray  # of the modes, 0 where not known
 
     @staticmethod
@@ -112,27 +112,28 @@ class _Roots(NamedTuple):
             for root, number in zip(step.eigenvalues, step.mode_numbers, strict=True):
                 rows.append((step.value, root.value, root.kind in GROWING, number or 0))
         table = np.array(rows, dtype=object).reshape(-1, 4)  # also of no rows
-        at, values, grow, numbers = table.T
+        parameter, values, grows, numbers = table.T
         return _Roots(
-            at.astype(float), values.astype(complex), grow.astype(bool), numbers.astype(int)
+            parameter.astype(float), values.astype(complex), grows.astype(bool), numbers.astype(int)
         )
 
-    def select(self, which: np.ndarray) -> _Roots:
+    def select(self, mask: np.ndarray) -> _Roots:
         """The roots where a mask (m,) is true."""
-        return _Roots(self.at[which], self.values[which], self.grow[which], self.numbers[which])
+        return _Roots(self.parameter[mask], self.values[mask], self.grows[mask], self.numbers[mask])
 
 
 def _panels(parameter_label: str, roots: _Roots, ends: tuple[float, float]) -> _Panels:
-    """Make the figure: its root locus, drawn, and two empty panels over the parameter, from
-    `ends`[0] to `ends`[1].
+    """Make the figure: its root locus, drawn, and two empty panels over the parameter.
 
-    Axes of growth are symmetric about 0 and show all roots that grow; roots that decay faster than
-    the fastest grows lie outside. Where nothing grows all roots are shown.
+    The axes of growth are symmetric about 0 and show all roots that grow; roots that decay faster
+    than the fastest grows lie outside. Where nothing grows all roots are shown.
+
+    ends: the first and the last value of the parameter on its axis.
     """
     values = roots.values
     rates = values.real
-    if roots.grow.any():
-        rates = rates[roots.grow]
+    if roots.grows.any():
+        rates = rates[roots.grows]
     reach = 1.1 * np.abs(rates).max(initial=0.0) or 1.0  # no axis has length 0
     figure = Figure(figsize=(DOUBLE, 3.9))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
@@ -144,7 +145,7 @@ def _panels(parameter_label: str, roots: _Roots, ends: tuple[float, float]) -> _
     upper.tick_params(labelbottom=False)
     lower.set(ylim=(-reach, reach), xlabel=parameter_label, ylabel=GROWTH)
     locus.set(xlim=(-reach, reach), ylim=limits, xlabel=GROWTH, ylabel=FREQUENCY)
-    is_sparse = len(values) <= 6 * len(np.unique(roots.at))  # as of a pad, with six roots
+    is_sparse = len(values) <= 6 * len(np.unique(roots.parameter))  # as of a pad, with six roots
     dots = _draw_locus(locus, roots.select(_is_upper(values)), ends, is_sparse)
     figure.colorbar(dots, ax=locus, label=parameter_label, aspect=35, pad=0.02)
     figure.align_ylabels([upper, lower])
@@ -156,7 +157,8 @@ def _draw_locus(
 ) -> PathCollection:
     """Draw roots as dots coloured by the parameter, those at its lowest value with a dash.
 
-    is_sparse: there are few roots, whose dots are large.
+    ends: the values of the parameter at both ends of the colours; is_sparse: there are few roots,
+    whose dots are large.
     """
     growth = roots.values.real
     hertz = roots.values.imag / math.tau
@@ -165,14 +167,14 @@ def _draw_locus(
         growth,
         hertz,
         9.0 if is_sparse else 3.0,
-        roots.at,
+        roots.parameter,
         cmap="viridis",
         vmin=ends[0],
         vmax=ends[1],
         lw=0,
         zorder=2,
     )
-    is_start = roots.at == roots.at.min(initial=np.inf)
+    is_start = roots.parameter == roots.parameter.min(initial=np.inf)
     axes.plot(growth[is_start], hertz[is_start], "k_", ms=11 if is_sparse else 5, mew=0.8)
     return dots
 
@@ -207,7 +209,7 @@ def _shade(panels: _Panels, spans: Sequence[Span]) -> dict[str, Artist]:
 def _spans(sweep: Sweep, thresholds: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
     """Ranges of one verdict within the ends of the axis, neighbours of the same verdict joined.
 
-    Known thresholds give them exactly, otherwise the steps of the sweep do.
+    Thresholds bound them exactly; without these the steps of the sweep do.
     """
     if thresholds is None:
         unclipped_spans = _spans_of_steps(sweep)
@@ -290,7 +292,7 @@ def sweep_drawing(
         upper_roots = roots.select(_is_upper(roots.values))
         _draw_modes(panels, upper_roots)
         entries: dict[str, Artist] = {}
-        if upper_roots.grow.any():
+        if upper_roots.grows.any():
             entries["unstable"] = Line2D([], [], color=RED, marker=".", lw=0)
         entries |= _shade(panels, spans)
         if own_value is not None and low <= own_value <= high:
@@ -304,7 +306,7 @@ def sweep_drawing(
             panels.figure.legend(
                 entries.values(), entries, loc="outside upper center", ncols=3, columnspacing=1.4
             )
-        growing = upper_roots.select(upper_roots.grow)
+        growing = upper_roots.select(upper_roots.grows)
         _name_growing(panels.locus, growing, numbered=thresholds is None)
     ranges = [f"{span.verdict} from {span.low:.6g} to {span.high:.6g}" for span in spans]
     text = (
@@ -326,33 +328,38 @@ def _draw_modes(panels: _Panels, roots: _Roots) -> None:
     A mode is a line, two where it has two real roots. One that grows nowhere is pale, and so are
     its roots; its lines are drawn below the others.
     """
-    growing_modes = np.unique(roots.numbers[roots.grow & (roots.numbers > 0)])  # at some value
-    is_pale = ~np.isin(roots.numbers, growing_modes) & ~roots.grow
+    is_numbered = roots.numbers > 0
+    growing_modes = np.unique(roots.numbers[roots.grows & is_numbered])  # at some value
+    is_pale = ~np.isin(roots.numbers, growing_modes) & ~roots.grows
+    # each panel with what it shows of all roots: Hz, and 1/s
     curves = ((panels.upper, roots.values.imag / math.tau), (panels.lower, roots.values.real))
-    order = np.lexsort((-roots.values.real, roots.at))  # by rising parameter and falling growth
-    for mode in np.unique(roots.numbers[roots.numbers > 0]).tolist():
+    # indices of all roots by rising parameter, at one value by falling growth
+    order = np.lexsort((-roots.values.real, roots.parameter))
+    for mode in np.unique(roots.numbers[is_numbered]).tolist():
         grows = mode in growing_modes
-        rising = order[roots.numbers[order] == mode]
+        of_mode = order[roots.numbers[order] == mode]
         # of two real roots at one value the second, which grows more slowly
-        is_slower = np.diff(roots.at[rising], prepend=math.nan) == 0.0
-        lines = filter(len, (rising[~is_slower], rising[is_slower]))
+        is_slower = np.diff(roots.parameter[of_mode], prepend=math.nan) == 0.0
+        lines = [of_mode[~is_slower]]
+        if is_slower.any():
+            lines.append(of_mode[is_slower])
         for line, (axes, y) in itertools.product(lines, curves):
             axes.plot(
-                roots.at[line],
+                roots.parameter[line],
                 y[line],
                 lw=0.7,
                 color="0.25" if grows else PALE,
                 zorder=2 if grows else 1.5,
                 gid=f"mode {mode}",
             )
-    dots = (
+    dots = (  # which roots, their colour and their size
         (is_pale, PALE, 1.5),
-        (~is_pale & ~roots.grow, "0.25", 1.5),
-        (roots.grow, RED, 4.0),
+        (~is_pale & ~roots.grows, "0.25", 1.5),
+        (roots.grows, RED, 4.0),
     )
     for selected, colour, size in dots:
         for axes, y in curves:
-            x = roots.at[selected]
+            x = roots.parameter[selected]
             axes.scatter(x, y[selected], s=size, color=colour, linewidth=0, zorder=3)
     panels.lower.axhline(0.0, color="0.5", linewidth=0.6)
 
@@ -390,13 +397,14 @@ def _onsets(sweep: Sweep, thresholds: Thresholds | None) -> dict[str, Artist]:
 def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:
     """Write the frequency of growing modes beside their roots of the fastest growth.
 
-    The fastest come first; one as near in frequency as `ALIKE` to a named one has no name.
+    The fastest come first, `NAMED` of them; one as near in frequency as `ALIKE` to a named one has
+    no name.
 
     roots: those that grow; numbered: whether the number of the mode is written too, since the
     legend names modes by their numbers.
     """
-    right = axes.get_xlim()[1]
-    top = axes.get_ylim()[1]
+    _, right = axes.get_xlim()
+    _, top = axes.get_ylim()
     named_frequencies: list[float] = []  # rad/s
     named_modes: list[int] = []
     for k in np.argsort(-roots.values.real):
@@ -417,5 +425,5 @@ def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:
         up = 4 if y <= 0.95 * top else -4
         if growth < 0.2 * right:  # there is room to the right of the root
             write_beside(axes, text, (growth, y), (2, up), **NAME)
-        else:
+        else:  # it ends at the right edge
             write_beside(axes, text, (right, y), (-2, up), **NAME)

@@ -27,7 +27,7 @@ SLIDING_LOOKS: dict[str, dict[str, Any]] = {
     "divergence": {"color": "k", "ls": (0, (1, 1.5))},
     IN_DOUBT: {"color": "0.8"},
 }
-SEEN = 0.03  # of the axes: a shorter curve is hidden by its marks, and not in the legend
+VISIBLE = 0.03  # of the axes: a shorter curve is hidden by its marks, and not in the legend
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
 
 
@@ -41,57 +41,58 @@ def cycles_drawing(cycles: Cycles, name: str) -> Drawing:
     if not cycles.orbits:
         return blank(title, f"No periodic motion: {cycles.reason}.", __name__)
     values = np.array([orbit.value for orbit in cycles.orbits])
-    micrometres = np.array([1e6 * orbit.amplitude[1] for orbit in cycles.orbits])  # of y
+    amplitudes = np.array([1e6 * orbit.amplitude[1] for orbit in cycles.orbits])  # of y, um
     with style():
         figure = Figure(figsize=(SINGLE, 3.2))
         axes = figure.subplots()
-        _draw_cycles(axes, cycles, values, micrometres)
+        _draw_cycles(axes, cycles, values, amplitudes)
         _draw_sliding(axes, cycles)
         unit = unit_word(PARAMETERS[cycles.parameter].unit)
         axes.set_xlabel(friction_symbol(cycles.parameter, unit))
         axes.set_ylabel(r"amplitude of $y$ [$\mu$m]")
-        axes.set_ylim(bottom=-0.04 * micrometres.max())
+        axes.set_ylim(bottom=-0.04 * amplitudes.max())
         handles, names = axes.get_legend_handles_labels()
         entries = dict(zip(names, handles, strict=True))  # each name once
         figure.legend(entries.values(), entries, loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
-    own = cycles.own
-    amplitude = f"{number(micrometres[own])} micrometres at {number(values[own])}"
+    own = cycles.own  # the index of the cycle at the scene's own value
     text = (
         f"Amplitude of periodic motions over {cycles.parameter}, from {number(values.min())} to "
-        f"{number(values.max())}; {amplitude}."
+        f"{number(values.max())}; {number(amplitudes[own])} micrometres at {number(values[own])}."
     )
     for value, verdict in cycles.critical:
         text += f" Sliding: {verdict or NO_EQUILIBRIUM} from {number(value)} on."
     return Drawing(figure, text, title, origin(__name__))
 
 
-def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, sizes: NDArray) -> None:
+def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, amplitudes: NDArray) -> None:
     """Draw the branch of cycles, each piece in the look of its kind, with marks at bifurcations.
 
-    values, sizes (m,): the parameter and the amplitude (micrometres) of each orbit.
+    A piece joins two neighbouring cycles. values, amplitudes (m,): the parameter and the amplitude
+    (micrometres) of each cycle.
     """
-    # the length of each piece between neighbouring orbits: the shares of both axes, summed
+    # of each piece: the share of the horizontal axis that it covers plus that of the vertical one
     lengths = np.abs(np.diff(values)) / (np.ptp(values) or 1.0)
-    lengths += np.abs(np.diff(sizes)) / sizes.max()
+    lengths += np.abs(np.diff(amplitudes)) / amplitudes.max()
     kinds = [_kind(*pair) for pair in itertools.pairwise(cycles.orbits)]
     length_of_kind = dict.fromkeys(kinds, 0.0)
     for kind, length in zip(kinds, lengths, strict=True):
         length_of_kind[kind] += length
     for i, kind in enumerate(kinds):
         # a kind whose pieces are hidden by their marks has no entry in the legend
-        label = f"cycle, {kind}" if length_of_kind[kind] > SEEN else None
-        axes.plot(values[i : i + 2], sizes[i : i + 2], label=label, **LOOKS[kind])
-    axes.plot(values[cycles.own], sizes[cycles.own], "o", mfc="none", mec="k", label="the scene")
+        label = f"cycle, {kind}" if length_of_kind[kind] > VISIBLE else None
+        axes.plot(values[i : i + 2], amplitudes[i : i + 2], label=label, **LOOKS[kind])
+    own = (values[cycles.own], amplitudes[cycles.own])
+    axes.plot(*own, "o", mfc="none", mec="k", label="the scene")
     for kind, mark in MARKS.items():
         marked = [i for i, orbit in enumerate(cycles.orbits) if orbit.turn == kind]
         if marked:
-            axes.plot(values[marked], sizes[marked], mark, color="k", ms=4, ls="", label=kind)
+            axes.plot(values[marked], amplitudes[marked], mark, color="k", ms=4, ls="", label=kind)
 
 
 def _draw_sliding(axes: Axes, cycles: Cycles) -> None:
     """Draw steady sliding at amplitude zero, where it exists, and where its verdict changes."""
-    # each a value and the verdict from there on; the next change ends it
+    # intervals of one verdict: value and verdict where each starts, and the value where it ends
     starts = [cycles.sliding[0], *cycles.critical]
     ends = [*(value for value, _ in cycles.critical), cycles.sliding[-1][0]]
     for (start, verdict), end in zip(starts, ends, strict=True):
@@ -106,7 +107,7 @@ def _draw_sliding(axes: Axes, cycles: Cycles) -> None:
 def _kind(orbit: Orbit, following: Orbit) -> str:
     """The kind, of `LOOKS`, of the curve between two neighbouring cycles.
 
-    `stable` of a cycle is None where its multipliers leave it undecided: the other one then
+    `stable` of a cycle is None where its multipliers leave it undecided: the other cycle then
     decides.
     """
     if orbit.sliding_holds is False or following.sliding_holds is False:

@@ -30,25 +30,28 @@ from squeal.results.thresholds import Thresholds
 from squeal.schema import Place, Word
 
 COLOURS = ("#C8380E", "#0072B2", "#6A1B7B", "#009E73", "#E69F00", "#56B4E9")
-"""Of modes that grow, the fastest first, and of the partners that they meet."""
+"""Of modes that grow, the fastest first, and of their partners, the modes that they meet."""
 LARGEST = 160.0  # points squared: the bubble of the fastest growth
 SPACING = 0.05  # of the axes: bubbles of a mode do not merge
 BELOW = 1.35  # shown damping ratios below zero, over the depth of the lowest one
 PANELS = 3  # of modes that meet, or that grow alone
 NOISE = 1e-7  # %: a damping ratio below is rounding
 ABOVE = 1.4  # shown damping ratios above zero, over the depth of the lowest one
-ALONE = 0.2  # of the frequency: a threshold farther from a mode is none of it
+ALONE = 0.2  # of the frequency of a mode: a threshold farther from it belongs to another mode
 WIDTHS = ("page", "column")
 """A chart over the width of a page has its panels side by side; in a column one is below."""
 
 
 def colours_of(paths: Paths) -> dict[int, str]:
-    """The colours of modes by their numbers: of those in panels, then of others that grow."""
+    """The colours of modes by their numbers: of those in panels, then of others that grow.
+
+    Modes that are left when the colours are used up have none, and are drawn grey.
+    """
     shown: list[int] = []
     for group in paths.groups[:PANELS]:
-        shown += sorted(group, key=lambda mode: mode not in paths.growing)
-    coloured = dict.fromkeys([*shown, *paths.growing])  # each once
-    return dict(zip(coloured, COLOURS, strict=False))  # beyond these grey
+        shown += sorted(group, key=lambda mode: mode not in paths.growing)  # those that grow first
+    coloured = dict.fromkeys([*shown, *paths.growing])  # without repetitions
+    return dict(zip(coloured, COLOURS, strict=False))
 
 
 def damping_drawing(
@@ -110,7 +113,8 @@ def _mark_own_value(
 ) -> list[Artist]:
     """Mark the subject's own value by rings in all panels and a line in those over the parameter.
 
-    Returns the entry of a legend, none where that value is not drawn.
+    upper: the axes of damping ratios over frequency; panels: those over the parameter, one for each
+    group of modes. Returns the entry of a legend, none where that value is not drawn.
     """
     own_value = paths.own_value
     if own_value is None:
@@ -118,7 +122,7 @@ def _mark_own_value(
     ring: Any = {"marker": "o", "ls": "", "mfc": "none", "mec": "k", "mew": 0.9, "ms": 6.0}
     for mode in colours_of(paths):
         root = paths.root_at(mode, own_value)
-        if root is None:
+        if root is None:  # the mode has no root there
             continue
         frequency = root.imag / math.tau
         upper.plot(frequency, _ratio(np.array(root)), zorder=5, gid="own value", **ring)
@@ -137,8 +141,8 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     """Draw all modes in the plane of frequency and damping ratio, grey without a colour.
 
     A mode that grows is named where its ratio is lowest, its partner where the ratio is highest
-    among those below `depth`: the axis ends little above. Returns entries of a legend, which give
-    the scale of the bubbles.
+    among those below `depth`, since the axis ends little above. Returns entries of a legend, which
+    give the scale of the bubbles.
     """
     colours = colours_of(paths)
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
@@ -156,17 +160,19 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         axes.plot(hertz[:1], ratio[:1], "|", color=colour, ms=6)
         if mode not in colours:
             continue
-        shown = _spaced_where_growing(axes, roots)
-        size = LARGEST * roots.real[shown] / fastest
-        axes.scatter(hertz[shown], ratio[shown], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
-        named = int(np.argmin(ratio))  # the root beside which the mode is named
-        name = sweep.names.get(mode, f"mode {mode}, {hertz[named]:.4g} Hz")
-        if mode not in paths.growing:
-            named = int(np.argmax(np.where(ratio < depth, ratio, -np.inf)))
+        bubbles = _spaced_where_growing(axes, roots)
+        size = LARGEST * roots.real[bubbles] / fastest
+        axes.scatter(hertz[bubbles], ratio[bubbles], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
+        # the index of the root at which the mode is named
+        if mode in paths.growing:
+            k = int(np.argmin(ratio))
+            name = sweep.names.get(mode, f"mode {mode}, {hertz[k]:.4g} Hz")
+        else:
+            k = int(np.argmax(np.where(ratio < depth, ratio, -np.inf)))
             name = f"mode {mode}"
-        if ratio[named] < depth:
-            right = 5 if hertz[named] < np.mean(limits) else -5  # beside a ring
-            point = (hertz[named], ratio[named])
+        if ratio[k] < depth:
+            right = 5 if hertz[k] < np.mean(limits) else -5  # points, clear of a ring
+            point = (hertz[k], ratio[k])
             write_beside(axes, name, point, (right, -7), fontsize=7, color=colour)
     axes.axhspan(-BELOW * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
@@ -196,10 +202,10 @@ def _entries_of_bubbles(fastest: float) -> list[Artist]:
 
 
 def _shown_depth(ratios: np.ndarray) -> float:
-    """The depth (%) by which the axis of damping ratios (m,), in %, is scaled.
+    """The damping ratio (%, above 0) by which both ends of the axis of ratios are scaled.
 
-    That of the lowest ratio below zero; where nothing grows twice the median, so that the axis
-    shows most of the ratios.
+    It is minus the lowest of the ratios (m,), in %; where nothing grows twice their median, so that
+    the axis shows most of them.
     """
     depth = -float(ratios.min(initial=0.0))
     if len(ratios) and depth < NOISE:
@@ -210,16 +216,18 @@ def _shown_depth(ratios: np.ndarray) -> float:
 
 
 def _spaced_where_growing(axes: Axes, roots: np.ndarray) -> np.ndarray:
-    """Numbers of the roots of a mode that grow and lie at least about `SPACING` apart in the axes.
+    """Indices of growing roots of a mode, about `SPACING` apart in the axes: those with bubbles.
 
-    From the last root backwards, the first one in each stretch of that length.
+    The path of the growing roots (m,) is divided into stretches of that length, from the last root
+    backwards; of each stretch the first root is taken.
     """
     growing = np.flatnonzero(roots.real > 0.0)[::-1]
+    # positions in the axes, over their width and height, as complex numbers
     across = roots[growing].imag / math.tau / np.ptp(axes.get_xlim())
     upwards = _ratio(roots[growing]) / np.ptp(axes.get_ylim())
-    place = across + 1j * upwards
-    travelled = np.abs(np.diff(place, prepend=place[:1])).cumsum()
-    _, first_of_stretch = np.unique(travelled // SPACING, return_index=True)
+    positions = across + 1j * upwards
+    length = np.abs(np.diff(positions, prepend=positions[:1])).cumsum()  # of the path up to each
+    _, first_of_stretch = np.unique(length // SPACING, return_index=True)
     return np.asarray(growing[first_of_stretch])
 
 
@@ -237,13 +245,14 @@ def _ratio(roots: np.ndarray) -> np.ndarray:
 def _onset(
     paths: Paths, mode: int, thresholds: Thresholds | None
 ) -> float | tuple[float, float] | None:
-    """Where a mode begins to grow; None where it grows from the first value on.
+    """The value from which on a mode grows, or two values between which it begins to.
 
-    A known threshold between the last value of the sweep without growth and the first one with it,
-    the nearest to the mode in frequency, within the share `ALONE`; otherwise these two values.
+    The latter are the last value of the sweep without growth and the first one with it. Between
+    these the threshold is taken that is nearest to the mode in frequency, unless it is farther than
+    `ALONE`. None for a mode that grows from the first value on.
     """
     roots = paths.roots[mode]
-    first = int(np.argmax(is_growing(roots)))
+    first = int(np.argmax(is_growing(roots)))  # index of the first value with growth
     if not first:
         return None
     low, high = paths.at[mode][first - 1 : first + 1].tolist()
@@ -259,6 +268,11 @@ def _onset(
     return low, high
 
 
+def _fastest(paths: Paths, group: tuple[int, ...]) -> int:
+    """The mode of a group that grows, the faster one if both do."""
+    return next(mode for mode in paths.growing if mode in group)
+
+
 def _height(group: tuple[int, ...], roots: np.ndarray) -> np.ndarray:
     """What a panel shows of roots: of two modes frequencies (Hz), of one damping ratios (%)."""
     return roots.imag / math.tau if len(group) == 2 else _ratio(roots)
@@ -272,10 +286,13 @@ def _draw_group(
     thresholds: Thresholds | None,
 ) -> str:
     """Draw the frequencies of a mode that grows and of its partner over the parameter, or the
-    damping ratio of one that grows alone. Returns the title."""
-    lead = next(mode for mode in paths.growing if mode in group)
+    damping ratio of one that grows alone. Returns the title.
+
+    group: the numbers of one or two modes, by rising frequency.
+    """
+    lead = _fastest(paths, group)
     onset = _onset(paths, lead, thresholds)
-    for mode in sorted(group, key=lambda mode: mode == lead):  # the one that grows on top
+    for mode in sorted(group, key=lambda mode: mode == lead):  # the lead last, on top
         draw_mode(axes, paths, mode, _height(group, paths.roots[mode]))
     if len(group) == 2:
         axes.set(ylabel="frequency [Hz]")
@@ -311,16 +328,18 @@ def _title_of_group(
     group: tuple[int, ...],
     onset: float | tuple[float, float] | None,
 ) -> str:
-    """The modes of a panel, where they meet, and from where on one of them grows."""
+    """The modes of a panel, where they meet, and from which value on one of them grows.
+
+    onset: see `_onset`.
+    """
     unit = unit_of(sweep.source)
     if isinstance(onset, tuple):
         low, high = onset
         begins = f"from {low:.4g} to {high:.4g} {unit}".rstrip()
     elif onset is not None:
         begins = f"from {onset:.4g}{speed_words(onset, unit)}"
-    else:
-        lead = next(mode for mode in paths.growing if mode in group)
-        begins = f"from {paths.at[lead][0]:.4g}"  # where its path begins
+    else:  # from the first value of its path
+        begins = f"from {paths.at[_fastest(paths, group)][0]:.4g}"
     if len(group) == 1:
         return f"mode {group[0]} grows alone, {begins} on"
     meeting = paths.meeting(group)

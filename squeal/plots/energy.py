@@ -23,7 +23,8 @@ def energy_sweep_drawing(answer: EnergySweep, name: str) -> Drawing:
             draw_terms(answer, axes, mode)
             axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
             axes.label_outer(remove_inner_ticks=False)
-        lines: dict[str, Any] = {}  # by label: terms that do no work have no line in some panels
+        # by label, of all panels: a term that does no work on a mode has no line in its panel
+        lines: dict[str, Any] = {}
         for axes in panels:
             handles, labels = axes.get_legend_handles_labels()
             lines |= dict(zip(labels, handles, strict=True))

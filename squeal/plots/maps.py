@@ -28,7 +28,7 @@ OWN_LEVEL = "#C8380E"  # of the contour at the scene's own value
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
 
 Own = tuple[float, float] | None
-"""The values of a pad on both axes, where the map is one of a pad."""
+"""The pad's own values of both parameters; None where the map is one of a system."""
 
 
 def symbol(name: str) -> str:
@@ -62,8 +62,8 @@ def friction_symbol(parameter: str, unit: str = "") -> str:
 def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
     """Draw the curves on which stability is lost, label both axes, and mark the pad.
 
-    own: values of the pad on both axes, which is marked if it lies in the ranges; None of a system.
-    Returns entries of a legend for the curves and the pad.
+    own: the pad is marked at these values if they lie in the ranges. Returns entries of a legend
+    for the curves and the pad.
     """
     curves = answer.details.get("threshold_curve", ())
     look: Any = {"color": THRESHOLD, "linewidth": 1.8}
@@ -91,7 +91,10 @@ def _is_half_turn(axis: Axis) -> bool:
 
 
 def label_axis(axes: Axes, which: str, axis: Axis, unit: str = "", is_pad: bool = False) -> None:
-    """Limits, label, scale and ticks of the x or y axis; parameters of a pad have symbols."""
+    """Set limits, label, scale and ticks of an axis; parameters of a pad have symbols.
+
+    which: "x" or "y", the axis of the figure that gets those of the map's `axis`.
+    """
     label = symbol(axis.name) if is_pad else literal(axis.name)
     if unit not in ("", "1"):
         label += f" [{unit}]"
@@ -107,8 +110,8 @@ def label_axis(axes: Axes, which: str, axis: Axis, unit: str = "", is_pad: bool 
 def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = None) -> Drawing:
     """Draw verdicts over two parameters, a cell for each point, or contours of a pad's quantity.
 
-    own: the pad's own values of both parameters, which are marked, None of a system; level: a value
-    of the quantity whose contour is drawn thick.
+    own: the pad's values, which are marked; level: a value of the quantity whose contour is drawn
+    thick.
     """
     with_contours = own is not None and answer.quantity is not None
     with style():
@@ -123,7 +126,7 @@ def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = N
 
 
 class _Drawn(NamedTuple):
-    """What stands in the legend, the name of what is drawn, and its extent in words."""
+    """Entries of a legend, the name of what is drawn, and for the alternative text its extent."""
 
     handles: list[Patch]
     name: str
@@ -139,7 +142,7 @@ def _cells(axes: Axes, answer: Map) -> _Drawn:
     """Draw verdicts as cells, hatched where no equilibrium is admissible."""
     first, second = answer.axes
     beyond = VERDICT_COLOURS[NAMES.index(BEYOND)]
-    # the code k of a point is that of verdict k, whose colour covers codes from k - 1/2 to k + 1/2
+    # code k is the index of a verdict, whose colour covers the numbers from k - 1/2 to k + 1/2
     colours = [COLOUR_OF.get(verdict, beyond) for verdict in answer.verdicts]
     axes.pcolormesh(
         *_edges(answer),
@@ -164,7 +167,7 @@ def _cells(axes: Axes, answer: Map) -> _Drawn:
                 first.values,
                 second.values,
                 mask,
-                [0.5, 1.5],
+                [0.5, 1.5],  # where the mask is 1
                 hatches=["////"],
                 colors="none",
                 zorder=1.5,
@@ -182,26 +185,26 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
     first, second = answer.axes
     grid = (first.values, second.values)
     quantity, unit, numbers = answer.quantity
-    words = QUANTITIES[quantity][0]
-    values = np.ma.masked_invalid(numbers.T)
-    known = values.compressed()
-    if known.size and np.ptp(known) > 0.0 and min(values.shape) > 1:
+    name, _ = QUANTITIES[quantity]
+    values = np.ma.masked_invalid(numbers.T)  # rows of the second parameter; NaN is no value
+    finite = values.compressed()
+    if finite.size and np.ptp(finite) > 0.0 and min(values.shape) > 1:
         filled = axes.contourf(*grid, values, 9, cmap="viridis", alpha=0.85)
         levels = np.asarray(filled.levels)  # of the edges between the colours
         if quantity == "growth" and answer.details.get("threshold_curve"):
             levels = levels[levels != 0.0]  # the exact curve is drawn instead
         edges = axes.contour(*grid, values, levels, colors="k", linewidths=0.5)
         axes.clabel(edges, fontsize=7, fmt="%g")
-        axes.figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
-        if level is not None and known.min() < level < known.max():
+        axes.figure.colorbar(filled, ax=axes, label=f"{name} [{unit}]" if unit else name)
+        if level is not None and finite.min() < level < finite.max():
             axes.contour(*grid, values, [level], colors=OWN_LEVEL, linewidths=1.6)
-    elif known.size:  # one value, or one row of them, has no contours
+    elif finite.size:  # one value, or one row of them, has no contours
         axes.pcolormesh(*_edges(answer), values, cmap="viridis", alpha=0.85)
     span = "no value"
-    if known.size:
-        span = f"{known.min():.4g} to {known.max():.4g} {unit}"
-    percent = f"{100 * known.size / values.size:.1f} %"
+    if finite.size:
+        span = f"{finite.min():.4g} to {finite.max():.4g} {unit}"
+    percent = f"{100 * finite.size / values.size:.1f} %"
     handles = []
-    if known.size < values.size:
-        handles.append(Patch(fc=NO_VALUE, ec="k", lw=0.5, label=f"no {words}"))
-    return _Drawn(handles, words.capitalize(), f"{span}, on {percent} of the area")
+    if finite.size < values.size:
+        handles.append(Patch(fc=NO_VALUE, ec="k", lw=0.5, label=f"no {name}"))
+    return _Drawn(handles, name.capitalize(), f"{span}, on {percent} of the area")

@@ -63,14 +63,16 @@ def is_real(shape: np.ndarray) -> bool:
 def outlines(slenderness: float, rest: np.ndarray, shape: np.ndarray) -> list[np.ndarray]:
     """The pad at rest and at two phases of a mode, each as its corners (5, 2), the first one twice.
 
-    Lengths are in half lengths w, in which w theta is theta. slenderness: h/w; rest: (x, y, theta);
-    shape: complex (x, y, w theta), its largest part 1. The phases are opposite ones, or a quarter
-    turn apart for a complex shape.
+    Lengths are in half lengths w, in which w theta is theta. The displaced pad is at rest + LARGEST
+    Re(phase shape). Both phases are opposite, or a quarter turn apart for a complex shape.
+
+    slenderness: h/w; rest: (x, y, theta) of the equilibrium; shape: complex (x, y, w theta), its
+    largest part 1.
     """
     corners = np.array([1, slenderness]) * [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]
     second_phase = -1.0 if is_real(shape) else 1j
     lines = []
-    for phase in (0.0, 1.0, second_phase):
+    for phase in (0.0, 1.0, second_phase):  # at phase 0 the pad is at rest
         x, y, theta = rest + LARGEST * (shape * phase).real
         c = np.cos(theta)
         s = np.sin(theta)
@@ -107,7 +109,7 @@ def legend_of_phases(shapes: Sequence[np.ndarray]) -> tuple[list[Line2D], list[s
 def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
     """Draw eigenvalues of the upper half plane, those that grow as red squares.
 
-    The fastest of these that vibrate, up to `NAMED`, have their frequency beside them.
+    Beside the `NAMED` fastest of the growing ones that vibrate stands their frequency.
     """
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
     # real ones, too, whose imaginary part rounding may leave below 0
@@ -136,13 +138,15 @@ def pad_figure(
     """Shapes of modes of a pad about its equilibrium q (x, y, theta), and beside them eigenvalues,
     if any are given."""
     slenderness = pad.h / pad.w
+    # position and tilt of the pad in half lengths; x is left out, which is the same for all shapes
     rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
     scaled = [np.array([1.0, 1.0, pad.w]) * mode.shape for mode in shapes]  # x, y, w theta
     lines = [outlines(slenderness, rest, shape) for shape in scaled]  # of each mode three pads
     # a ModeShape has no verdict: its mode grows if its growth rate is that of a root that grows
     growing_rates = {root.growth_rate for root in roots if root.kind in GROWING}
     corners = np.concatenate(list(itertools.chain(*lines)))
-    # limits of the axes, the same for all shapes, with margins in half lengths
+    # limits of the axes, the same for all shapes, with margins in half lengths; the surface is at
+    # height -slenderness, some of it is shown
     left, lowest = corners.min(axis=0) - 0.08
     right, top = corners.max(axis=0) + 0.08
     bottom = min(lowest, -slenderness - 0.12)
@@ -194,7 +198,8 @@ def outline(coordinates: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[
     those at the rim of one face, and where three or more faces meet, are among them. faces: the
     indices of the nodes of each, in order around it.
     """
-    normals_of: dict[frozenset[int], list[NDArray]] = {}  # of the faces at each edge
+    # by edge, as the pair of its nodes: the normals of all faces that have this edge
+    normals_of: dict[frozenset[int], list[NDArray]] = {}
     for face in faces:
         a, b, c = coordinates.places[list(face[:3])]
         normal = np.cross(b - a, c - b)  # of the plane of three corners
@@ -208,16 +213,16 @@ def outline(coordinates: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[
     return shown
 
 
-def shape_drawing(name: str, words: str, coordinates: Coordinates, shape: NDArray) -> Drawing:
+def shape_drawing(name: str, heading: str, coordinates: Coordinates, shape: NDArray) -> Drawing:
     """Draw a mode of a system at the phase of largest motion and a quarter of a period later.
 
     Drawn are the faces of elements over the outline at rest, or the nodes alone where there are no
-    elements. name: of the system; words: frequency and growth of the mode; shape (n,): complex, of
-    all rows.
+    elements. name: of the system; heading: number, frequency and growth rate of the mode; shape
+    (n,): complex displacements of all rows.
     """
     faces = [corners_of(face) for face in outer_faces(coordinates.cells)]
     edges = outline(coordinates, faces)
-    step = 1  # between the nodes that are drawn
+    step = 1  # each node is drawn, or of many only some
     if not faces:
         step += len(coordinates.places) // MOST_POINTS
     u = unit_displacements(coordinates, shape)[::step]
@@ -228,6 +233,7 @@ def shape_drawing(name: str, words: str, coordinates: Coordinates, shape: NDArra
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
         figure.set_layout_engine("none")
+        # the left side of each panel, the factor of its phase, and its title
         panels = ((0.0, 1.0, "(a) largest motion"), (0.45, 1j, "(b) a quarter of a period later"))
         for left, phase, title in panels:
             axes: Any = figure.add_axes((left, 0.0, 0.45, 0.85), projection="3d")
@@ -245,8 +251,8 @@ def shape_drawing(name: str, words: str, coordinates: Coordinates, shape: NDArra
             figure.text(left + 0.225, 0.82, title, ha="center")
         bar = figure.colorbar(drawn, cax=figure.add_axes((0.92, 0.15, 0.012, 0.6)))
         bar.set_label("amplitude [largest]")
-        figure.text(0.5, 0.93, literal(words), ha="center")
-    text = f"Shape of a mode of {name}: {words}."
+        figure.text(0.5, 0.93, literal(heading), ha="center")
+    text = f"Shape of a mode of {name}: {heading}."
     return Drawing(figure, text, f"Mode of {name}", origin(__name__))
 
 
@@ -260,8 +266,8 @@ class _Box(NamedTuple):
 
 
 def _box(places: NDArray) -> _Box:
-    """The box about the places (nodes, 3) with room for motion; its least side is never zero."""
-    ends = np.array([places.min(axis=0), places.max(axis=0)])
+    """The box about the places (nodes, 3), m, with room for motion; no side of it is zero."""
+    ends = np.array([places.min(axis=0), places.max(axis=0)])  # two opposite corners
     sides = np.ptp(ends, axis=0)
     size = float(sides.max()) or 1.0
     largest_motion = LARGEST_OF_NODES * size

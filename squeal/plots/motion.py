@@ -40,9 +40,21 @@ class Interval(NamedTuple):
 class Run:
     """What figures and tables take from one simulated scene.
 
-    name: of the file; stop: end of the run (s); shares of time by state; extrema [min, max] by
-    signal, forces over F_n and delta over w, None without contact; history: arrays of equal length
-    by column, in SI units, forces and delta as above, `state` with state names.
+    Attributes
+    ----------
+    name, model
+        Of the scene file without its suffix; of contact.
+    stop
+        End of the run, s.
+    events
+        The located contact changes.
+    shares
+        Share of time by contact state.
+    extrema
+        (min, max) by signal: forces over F_n, delta over w; None without contact.
+    history
+        Arrays of equal length by signal, in SI units but forces and delta as in `extrema`. `state`
+        holds names of states.
     """
 
     name: str
@@ -89,7 +101,8 @@ def pieces(
     for start, stop, state in timeline:
         is_inside = (t > start) & (t < stop)
         first, last = np.interp([start, stop], t, values)
-        piece = [[start, *t[is_inside], stop, np.nan], [first, *values[is_inside], last, np.nan]]
+        times = [start, *t[is_inside], stop, np.nan]
+        piece = [times, [first, *values[is_inside], last, np.nan]]
         curves.setdefault(state, []).append(np.array(piece))
     return {state: tuple(np.concatenate(parts, axis=1)) for state, parts in curves.items()}
 
@@ -174,8 +187,11 @@ def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> No
 
 
 def strip(axes: Axes, looks: Looks) -> None:
-    """Draw the contact states over time as bars, a row for each: they are told without colour."""
-    labels = []
+    """Draw the contact states over time as bars, a row for each state, to be read without colour.
+
+    The first state stands on top.
+    """
+    labels = []  # of the rows, from below
     for row, (state, look) in enumerate(reversed(looks.states.items())):
         labels.append(look.label)
         bars = []  # begin and length, ms
@@ -211,7 +227,8 @@ def alternative_text(run: Run) -> str:
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
     """Draw the spectrum of forces over F_n in the run's last part.
 
-    frequency: of the strongest line of the motion, Hz, which is marked; 0 where there is none.
+    frequency: of the strongest line in the motion's kinetic energy, Hz, which is marked; 0 where
+    there is none.
     """
     t = run.history["t"]
     last_samples = slice(-int(LAST * len(t)), None)

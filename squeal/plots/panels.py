@@ -34,9 +34,9 @@ def panel_drawing(answer: Answer, name: str) -> Drawing:
 
 
 def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
-    """Draw an answer, or what its `panel` names of its table, into an Axes.
+    """Draw an answer into an Axes: a column of its table over another one, as its `panel` says.
 
-    `look` goes to Matplotlib's artists.
+    Maps, conditions and energies have panels of their own. `look` goes to Matplotlib's artists.
     """
     if isinstance(answer, Map):
         _draw_map(answer, axes, **look)
@@ -54,7 +54,7 @@ def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
     y_column = _column(columns, panel.y)
     x = x_column.name
     y = y_column.name
-    rows = []
+    rows = []  # those that have both values
     for row in answer.to_records():
         if row[x] is not None and row[y] is not None:
             rows.append(row)
@@ -71,11 +71,11 @@ def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
         axes.plot(_cells(rows, x), _cells(rows, y), **points)
 
 
-def _column(columns: Sequence[Column], named: str | int) -> Column:
-    """A column by its name or by its place."""
-    if isinstance(named, int):
-        return columns[named]
-    return next(column for column in columns if column.name == named)
+def _column(columns: Sequence[Column], key: str | int) -> Column:
+    """A column by its name or by its index."""
+    if isinstance(key, int):
+        return columns[key]
+    return next(column for column in columns if column.name == key)
 
 
 def _cells(rows: Sequence[Row], name: str) -> list[Any]:
@@ -96,9 +96,9 @@ def _draw_bars(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **loo
             title = f"{each} {selected}"
         axes.set_title(literal(title), loc="left")
     labels = [literal(str(row[x])) for row in rows]
-    places = range(len(rows))
-    axes.barh(places, _cells(rows, y), **look)
-    axes.set_yticks(places, labels)
+    heights = range(len(rows))
+    axes.barh(heights, _cells(rows, y), **look)
+    axes.set_yticks(heights, labels)
     axes.invert_yaxis()
     # bars lie along the horizontal axis, which gets the label of y; those of x are beside the bars
     axes.set_xlabel(axes.get_ylabel())
@@ -119,9 +119,9 @@ def _draw_lines(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **lo
 
 
 def _draw_map(answer: Map, axes: Axes, **look: Any) -> None:
-    """The quantity of a map, else its verdicts in their colours."""
+    """Draw the quantity of a map, if it has one, else its verdicts in their colours."""
     first, second = answer.axes
-    values: NDArray[Any] = answer.codes
+    values: NDArray[Any] = answer.codes  # indices of verdicts
     if answer.quantity is not None:
         _, _, values = answer.quantity
         defaults: dict[str, Any] = {}

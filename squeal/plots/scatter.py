@@ -17,7 +17,7 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
     Samples without a threshold in the range are missing from the histogram, and keep the share
     below 1. Sobol indices, where they were computed, stand below both.
     """
-    of_growth = scatter.of == "growth"
+    of_growth = scatter.of == "growth"  # else of the critical friction
     if of_growth:
         limit = 0.0
         limit_name = "stability limit"
@@ -32,12 +32,12 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
         share_name = "share unstable"
         kind = f"critical {scatter.name}"
         where = f" up to {limit:.4g}"
-    heights = [1.0, 1.3]
+    heights = [1.0, 1.3]  # of the panels
     if scatter.indices:
         heights.append(0.25 + 0.16 * len(scatter.indices))
     with style():
         figure = Figure(figsize=(SINGLE, 1.6 * sum(heights)))
-        upper, lower, *more = figure.subplots(len(heights), 1, height_ratios=heights)
+        upper, lower, *for_indices = figure.subplots(len(heights), 1, height_ratios=heights)
         upper.sharex(lower)
         upper.tick_params(labelbottom=False)
         _draw_samples(upper, lower, scatter, limit)
@@ -46,7 +46,7 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
             _mark_limit(upper, lower, limit, limit_name)
         upper.set_ylabel("samples")
         lower.set(ylim=(0.0, 1.0), xlabel=quantity, ylabel=share_name)
-        for axes in more:
+        for axes in for_indices:  # one panel, or none
             _draw_indices(axes, scatter)
         figure.align_ylabels([upper, lower])
         figure.legend(*lower.get_legend_handles_labels(), loc="outside upper center", ncols=2)
@@ -63,13 +63,13 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
 
 def _draw_samples(upper: Axes, lower: Axes, scatter: Scatter, limit: float) -> None:
     """Draw the histogram of the samples that have a value, and their share of all samples."""
-    known = scatter.values[np.isfinite(scatter.values)]
-    if not len(known):
+    rising = scatter.values[np.isfinite(scatter.values)]
+    if not len(rising):
         return
-    edges: Any = _bin_edges(known, limit)
-    upper.hist(known, edges, color="#CFE6F5", edgecolor="k", linewidth=0.4)
-    share = np.arange(1, len(known) + 1) / len(scatter.values)
-    lower.step(known, share, where="post", color="k", label="share of samples")
+    edges: Any = _bin_edges(rising, limit)
+    upper.hist(rising, edges, color="#CFE6F5", edgecolor="k", linewidth=0.4)
+    share = np.arange(1, len(rising) + 1) / len(scatter.values)
+    lower.step(rising, share, where="post", color="k", label="share of samples")
 
 
 def _draw_quantiles(axes: Axes, scatter: Scatter) -> None:
@@ -79,7 +79,7 @@ def _draw_quantiles(axes: Axes, scatter: Scatter) -> None:
         ends: Any = [quantile.low, quantile.high]
         if quantile.value is not None and None not in ends:
             axes.plot(ends, [quantile.level] * 2, color="#3498DB", lw=2.2, label=label)
-            label = ""  # stands once in the legend
+            label = ""  # the legend names the first bar alone
 
 
 def _mark_limit(upper: Axes, lower: Axes, limit: float, words: str) -> None:
@@ -106,15 +106,18 @@ def _bin_edges(values: np.ndarray, limit: float) -> np.ndarray:
 
 
 def _draw_indices(axes: Axes, scatter: Scatter) -> None:
-    """Draw Sobol indices of each parameter as two bars with intervals, the total one on top."""
-    rows = np.arange(len(scatter.indices))
-    for order, colour, up in (("total", "#CFE6F5", 0.19), ("first", "#3498DB", -0.19)):
+    """Draw Sobol indices of each parameter as two bars with intervals, the total one on top.
+
+    Each parameter has the attributes `total`, `first` and their intervals (low, high).
+    """
+    rows = np.arange(len(scatter.indices))  # heights on an axis that points down
+    for order, colour, shift in (("total", "#CFE6F5", -0.19), ("first", "#3498DB", 0.19)):
         sizes = np.array([getattr(index, order) for index in scatter.indices])
         intervals = np.array([getattr(index, f"{order}_interval") for index in scatter.indices])
         axes.barh(
-            rows - up,  # the axis is inverted
+            rows + shift,
             sizes,
-            xerr=np.abs(intervals.T - sizes),
+            xerr=np.abs(intervals.T - sizes),  # lengths below and above
             error_kw={"lw": 0.8},
             height=0.36,
             color=colour,

@@ -193,39 +193,41 @@ def move_apart(figure: Figure) -> None:
     """Move labels of a figure that `write_beside` wrote off each other, and off lines."""
     figure.draw_without_rendering()  # which decides the sizes of the axes
     for axes in figure.axes:
-        taken = [line.get_path().transformed(line.get_transform()) for line in axes.lines]
+        obstacles = [line.get_path().transformed(line.get_transform()) for line in axes.lines]
         for label in axes.texts:
             if isinstance(label, Annotation):
-                box = _moved(label, axes, taken)
-                taken.append(Curve(box.corners()[[0, 1, 3, 2, 0]]))  # its outline
+                box = _move(label, axes, obstacles)
+                obstacles.append(Curve(box.corners()[[0, 1, 3, 2, 0]]))  # its outline
 
 
-def _moved(label: Annotation, axes: Axes, taken: Sequence[Curve]) -> Bbox:
-    """Move a label to a place near its point that is free, and return its box with a margin.
+def _move(label: Annotation, axes: Axes, obstacles: Sequence[Curve]) -> Bbox:
+    """Move a label to a free position near its point, and return its box with a margin.
 
-    The places are its own, that at the other side of the point, and all these moved up or down by
-    half heights of the label. The nearest one in the axes is taken that crosses no line and no
-    earlier label; if there is none, the one with the fewest crossings and corners outside.
+    It may stay where it is, stand at the other side of the point, and be moved from both up or down
+    by half heights. The nearest position is taken at which it lies in the axes and crosses no
+    obstacle; if there is none, that with the fewest crossings and corners outside.
 
-    taken: lines, and outlines of earlier labels; these and the box in pixels.
+    obstacles: lines, and outlines of earlier labels; these and the box in pixels.
     """
     right, up = label.xyann  # points
     pixels = axes.figure.dpi / 72.0  # of a point
     half_height = label.get_window_extent().height / pixels / 2.0
 
-    def box_at(place: tuple[int, float]) -> Bbox:
-        steps, offset = place
+    def move_to(position: tuple[int, float]) -> Bbox:
+        steps, offset = position  # half heights upwards, and points to the right
         label.xyann = (offset, up + steps * half_height)
         label.set_horizontalalignment("left" if offset > 0 else "right")
         return label.get_window_extent().padded(MARGIN * pixels)
 
-    def faults(place: tuple[int, float]) -> int:
-        box = box_at(place)
-        crossings = sum(curve.intersects_bbox(box, filled=False) for curve in taken)
+    def faults(position: tuple[int, float]) -> int:
+        box = move_to(position)
+        crossings = sum(curve.intersects_bbox(box, filled=False) for curve in obstacles)
+        # crossings plus corners outside, less 4, which changes no order
         return crossings - axes.bbox.count_contains(box.corners())
 
-    steps = sorted(range(-MOST_STEPS, MOST_STEPS + 1), key=abs)
-    return box_at(min(itertools.product(steps, (right, -right)), key=faults))
+    steps = sorted(range(-MOST_STEPS, MOST_STEPS + 1), key=abs)  # the nearest first
+    # of positions with equally few faults `min` takes the first one
+    return move_to(min(itertools.product(steps, (right, -right)), key=faults))
 
 
 def write_upright(axes: Axes, value: float, text: str) -> None:
