@@ -46,6 +46,7 @@ class Outline:
         Segments between the same two codes form a graph; each curve is a walk that uses up its
         segments, from an open end first, the closed curves last.
         """
+        # by pair of codes, for each point those that a segment joins to it
         graphs: dict[tuple[int, ...], dict[Any, list[Any]]] = defaultdict(lambda: defaultdict(list))
         for (a, b), sides in zip(self.segments.tolist(), np.sort(self.sides).tolist(), strict=True):
             neighbours = graphs[tuple(sides)]
@@ -55,13 +56,13 @@ class Outline:
         for (low, high), neighbours in graphs.items():
             ends = [point for point, others in neighbours.items() if len(others) != 2]
             for start in [*ends, *neighbours]:
-                here = start
+                point = start
                 curve = [start]
-                while neighbours[here]:
-                    following = neighbours[here].pop()
-                    neighbours[following].remove(here)
+                while neighbours[point]:
+                    following = neighbours[point].pop()
+                    neighbours[following].remove(point)
                     curve.append(following)
-                    here = following
+                    point = following
                 if len(curve) > 1:
                     curves.append((np.array(curve), (low, high)))
         return curves
@@ -104,7 +105,10 @@ def _shares(
     x: np.ndarray, y: np.ndarray, codes: np.ndarray, codes_at: Codes | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Where the code changes on the edges of a grid along x (n1 - 1, n2) and y (n1, n2 - 1), as a
-    share of the edge; one half on edges without a change, and on all edges without `codes_at`."""
+    share of the edge; one half on edges without a change, and on all edges without `codes_at`.
+
+    Bisection locates the changes, on all edges at once. codes (n1, n2): at the points of the grid.
+    """
     along_x = np.full((len(x) - 1, len(y)), 0.5)
     along_y = np.full((len(x), len(y) - 1), 0.5)
     # the grid points before a change along x, and along y
@@ -143,8 +147,8 @@ def outline(
     """Trace a map with codes (n1, n2) at x (n1,), y (n2,); `ends` are (low, high) of both axes.
 
     A square whose corners have one code belongs to that code whole. Any other square is cut: its
-    centre is the mean of the places at which the code changes on its edges; a segment leads from
-    the centre to each such place, and each corner owns the piece between its two edges. Features
+    centre is the mean of the points at which the code changes on its edges; a segment leads from
+    the centre to each such point, and each corner owns the piece between its two edges. Features
     smaller than a square of the grid are not seen, and corners of a boundary are cut within one.
 
     codes_at: the codes at any points, which locate a change on an edge; without it a change counts
@@ -169,9 +173,9 @@ def outline(
     low = ys[j]
     high = ys[j + 1]
     corners = np.array([[left, low], [right, low], [right, high], [left, high]])
-    # on each edge the place of a change, (edge, coordinate, square), from the lower edge on; equal
+    # on each edge the point of a change, (edge, coordinate, square), from the lower edge on; equal
     # to the last bit in both squares that share the edge, so that their segments join
-    places = np.array(
+    changing_points = np.array(
         [
             [left + along_x[i, j] * (right - left), low],
             [right, low + along_y[i + 1, j] * (high - low)],
@@ -182,14 +186,14 @@ def outline(
     # (end, edge, square): edge k leads from corner k to the next corner
     end_codes = np.array([mixed_codes, np.roll(mixed_codes, -1, axis=0)])
     changes = end_codes[0] != end_codes[1]  # (edge, square)
-    centre = (places * changes[:, None]).sum(axis=0) / changes.sum(axis=0)
+    centre = (changing_points * changes[:, None]).sum(axis=0) / changes.sum(axis=0)
     segments = []
     sides = []
     pieces = []
     for k in range(4):
         # both as (point, coordinate, square); edges k and k - 1 meet at corner k
-        segment = np.array([places[k], centre])[:, :, changes[k]]
-        piece = np.array([corners[k], places[k], centre, places[k - 1]])
+        segment = np.array([changing_points[k], centre])[:, :, changes[k]]
+        piece = np.array([corners[k], changing_points[k], centre, changing_points[k - 1]])
         segments.append(np.moveaxis(segment, -1, 0))
         sides.append(end_codes[:, k, changes[k]].T)
         pieces.append(np.moveaxis(piece, -1, 0))
@@ -203,10 +207,14 @@ def outline(
 
 def _boxes(x: np.ndarray, y: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Neighbouring squares of one code merged along y into rectangles: the corners (n, 4, 2) and
-    the code (n,) of each rectangle. Squares of code -1 are left out."""
+    the code (n,) of each rectangle. Squares of code -1 are left out.
+
+    codes (n1, n2): of the squares between x (n1 + 1,) and between y (n2 + 1,).
+    """
     boxes = []
     codes_of = []
     for i, column in enumerate(codes):
+        # indices of the squares at which the code along y changes
         starts = np.concatenate([[0], np.flatnonzero(np.diff(column)) + 1])
         stops = np.append(starts[1:], len(column))
         left = x[i]

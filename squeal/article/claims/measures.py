@@ -102,15 +102,15 @@ def friction_raises(model: PadModel) -> np.ndarray:
     """
     mu = np.asarray(model.pad.mu)
     frictionless = equilibria(model, np.zeros(mu.size))
-    sliding = equilibria(model, mu, frictionless.place)
+    sliding = equilibria(model, mu, frictionless.q)
     return sliding.reaction / frictionless.reaction - 1.0
 
 
 class Equilibria(NamedTuple):
-    """Equilibria of n pads: place (3, n) = (x, y, theta), reaction (n,) and gaps (points, n) of the
-    contact points; NaN where there is none."""
+    """Equilibria of n pads: q (3, n) = (x, y, theta), normal reaction (n,) and gaps (points, n) of
+    the contact points; NaN where there is none."""
 
-    place: np.ndarray
+    q: np.ndarray
     reaction: np.ndarray
     gaps: np.ndarray
 
@@ -118,9 +118,9 @@ class Equilibria(NamedTuple):
 def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Equilibria:
     """The equilibria with friction mu (n,) that Newton's method reaches from `start`, in SI units.
 
-    start: places (x, y, theta), (3, n); the initial position if left out, or where it is NaN since
-    an earlier search failed. All parameters of the pads are arrays (n,). Where Newton's method
-    fails all is NaN; where it ends without contact the reaction is NaN.
+    start: (x, y, theta), (3, n); zero if left out, or where it is NaN since an earlier search
+    failed. All parameters of the pads are arrays (n,). Where Newton's method fails all is NaN;
+    where it ends without contact the reaction is NaN.
     """
     statics = Statics.of(model)
     length = statics.units.length
@@ -136,8 +136,8 @@ def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None)
     touching = (gaps < 0.0).astype(float)
     load = statics.model.law.loads(statics.model.c, pose(np, tuple(q)), touching)
     reaction = np.where(reached & touching.any(axis=0), load.y, math.nan)
-    place = np.where(reached, [q[0] * length, q[1] * length, q[2]], math.nan)
-    return Equilibria(place, reaction * statics.units.force, gaps * length)
+    q_in_SI = np.where(reached, [q[0] * length, q[1] * length, q[2]], math.nan)
+    return Equilibria(q_in_SI, reaction * statics.units.force, gaps * length)
 
 
 def case_of(
@@ -145,7 +145,7 @@ def case_of(
 ) -> Case:
     """The measures of one of several pads, from the arrays of `motions.measures`.
 
-    V: speed of the surface; raised: see `Case`.
+    pad: its index in the arrays; V: speed of the surface; raised: see `Case`.
     """
 
     def span(name: str) -> Range:

@@ -19,14 +19,15 @@ from squeal.simulation.run import in_natural_units, make_integrator
 
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
 LATE = 0.1  # share of the time after first contact that counts as the end of the run
-# in each step, at which signals are read first: of many motions, and of one
+# samples of the signals in each step, between which extrema are refined: of many motions, of one
 PLACES = 4
 FINE = 24
 LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 """Least impulses of a blow that are tried, over F_n T_1 with the period T_1 = 2 pi (m/k1)^(1/2)."""
-# numbers leading + 2 trailing of the states, in the order of `STATES`: rows of `_times`
+# the code leading + 2 trailing (1 for an edge that touches) of each state, in the order of `STATES`
 _CODES = [state[LEADING] + 2 * state[TRAILING] for state in STATES]
-_APART = 1.0 - np.array(STATES, dtype=float).T  # (2, 4): whether an edge is separated in a state
+# (2, 4): 1 where the leading or the trailing edge is separated in a state
+_SEPARATED = 1.0 - np.array(STATES, dtype=float).T
 
 
 def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
@@ -99,11 +100,11 @@ def measures(
     if law.points != 2:
         raise InputError("measures are those of two edges")
     touched = _first_contact(segment)
-    spent = _times(segment)  # (4, n)
+    spent = _times(segment)  # (4, n), times in each state
     duration = np.where(np.isfinite(touched), segment.t1 - touched, 0.0)
     grid = Grid(segment, places)
     signals = plotted(law)
-    first, second = grid.read(signals)  # (k, s) each
+    first, second = grid.read(signals)  # (k, s) each: at k samples of each of s steps
 
     def span(read: Read, values: np.ndarray) -> np.ndarray:
         """Range (n, 2) of a signal from its first turn on, NaN where it has none."""
@@ -111,10 +112,11 @@ def measures(
         return np.where(np.isfinite(ends), ends, np.nan)
 
     def edge_force_sum(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """F3 + F4 over F_n, as a signal that `Grid` reads: `on` are the points that touch."""
         return np.asarray(signals(c, states, on).sum(axis=0))
 
     is_line = not law.plotted[1].is_force
-    separated = _APART @ spent  # (2, n), times
+    separated = _SEPARATED @ spent  # (2, n), times
     # load and its moment about the centre, which is above 0 if the load is on the trailing half
     if is_line:  # the signals are Rn and its position delta
         load = first
@@ -187,9 +189,9 @@ def _times(segment: Segment) -> np.ndarray:
     contact = np.hstack([segment.first_contact, segment.contact_after_changes])[:, order]
     code = [1, 2] @ contact  # 1 for the leading edge and 2 for the trailing edge, if they touch
     # an interval without contact from the begin on is the time before the first contact
-    counts = (begin > segment.t0[motion]) | (code > 0)
-    spent = np.zeros((4, n))
-    np.add.at(spent, (code[counts], motion[counts]), (end - begin)[counts])
+    is_counted = (begin > segment.t0[motion]) | (code > 0)
+    spent = np.zeros((4, n))  # a row for each code
+    np.add.at(spent, (code[is_counted], motion[is_counted]), (end - begin)[is_counted])
     return spent[_CODES]
 
 
@@ -209,7 +211,7 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
     """When (n,) a signal begins to count: at the first contact, or at the first turn of a signal
     that is zero at the first contact.
 
-    values (k, s): the signal at k places of each step, NaN where it has no value, as delta without
+    values (k, s): the signal at k samples of each step, NaN where it has no value, as delta without
     contact; touched (n,): time of the first contact, inf without one. A turn is a sample at which
     the signal stops rising or falling, or after which it has no value. A signal without a turn
     counts at its last sample alone.
@@ -219,6 +221,7 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
     since = touched.copy()
     for motion in np.flatnonzero(np.isfinite(touched)).tolist():
         begin, end = first_steps[motion : motion + 2]
+        # from the first step that begins with or after the first contact
         begin += int(np.searchsorted(grid.steps.t[begin:end], touched[motion]))
         starts_at_zero = begin < end and abs(values[0, begin]) <= START  # not so where it is NaN
         if not starts_at_zero:
@@ -233,15 +236,15 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
             since[motion] = times[-1, -1]
             continue
         turning_sample = int(turns[0]) + 1  # between the two differences whose signs differ
-        step, place = divmod(turning_sample, len(values) - 1)
-        since[motion] = times[place, step]
+        step, sample_of_step = divmod(turning_sample, len(values) - 1)
+        since[motion] = times[sample_of_step, step]
     return since
 
 
 def _negative(grid: Grid, values: np.ndarray, touched: np.ndarray, n: int) -> np.ndarray:
     """Time (n,) since first contact in which a signal (k, s) is negative.
 
-    The signal counts as straight between places, so that a crossing is located to second order.
+    The signal counts as straight between samples, so that a crossing is located to second order.
     """
     before = values[:-1]
     after = values[1:]
@@ -264,16 +267,17 @@ def _blows(
     """
     motion, side, impulse = _each_blow(grid, load, moment)
     heaviest = np.zeros((n, 2))
-    for edge, sign in enumerate((-1.0, 1.0)):
+    for edge, sign in enumerate((-1.0, 1.0)):  # the side of the leading and of the trailing edge
         on_edge = side == sign
         np.fmax.at(heaviest[:, edge], motion[on_edge], impulse[on_edge])
     turns = np.zeros((n, len(LEVELS)), dtype=int)
-    for column, level in zip(turns.T, LEVELS, strict=True):
-        counts = (impulse > level) & (side != 0.0)
-        struck = side[counts]
-        of_motion = motion[counts]
+    for k, level in enumerate(LEVELS):
+        is_blow = (impulse > level) & (side != 0.0)
+        struck = side[is_blow]
+        of_motion = motion[is_blow]
+        # successive blows of one motion on different edges
         is_turn = (struck[1:] != struck[:-1]) & (of_motion[1:] == of_motion[:-1])
-        column[:] = np.bincount(of_motion[1:][is_turn], minlength=n)
+        turns[:, k] = np.bincount(of_motion[1:][is_turn], minlength=n)
     return turns, heaviest
 
 
@@ -319,9 +323,10 @@ def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
     """
     steps = grid.steps
     k = np.arange(1, len(steps.series))
-    factors = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))  # 0 for k = 0
-    slopes = np.tensordot(factors, steps.series, 1)[:, 3:]  # of the velocities by u
-    squares = (slopes**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2
+    # k u^(k - 1) at the shares u of the samples, (sample, k), 0 for k = 0
+    factors = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))
+    slopes = np.tensordot(factors, steps.series, 1)[:, 3:]  # (sample, velocity, step), by u
+    squares = (slopes**2).sum(axis=1) / np.maximum(steps.h, 1e-300) ** 2  # of the accelerations
     late_squares = np.where(grid.t >= late[steps.motion], squares, 0.0)
     greatest = np.maximum.reduceat(squares.max(axis=0), grid.first_steps)
     late_greatest = np.maximum.reduceat(late_squares.max(axis=0), grid.first_steps)

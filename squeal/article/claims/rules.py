@@ -150,6 +150,7 @@ def trailing_edge_alone(case: Case) -> Outcome:
     The margin is the share of time in which the leading edge touches if the edge never separates,
     else minus the share in which it is separated.
     """
+    # shares of time in which the edges are separated
     leading = case.separated[LEADING] / case.duration
     trailing = case.separated[TRAILING] / case.duration
     margin = -leading if leading > TOUCH else 1.0 - leading
@@ -185,15 +186,16 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     -(TOUCH - share) for the share that is too small.
     """
     turns = case.blows[LEVELS.index(level)]  # changes of the edge struck
-    gone = min(case.vanishes)  # share of time without force, of the two edges
+    without_force = min(case.vanishes)  # share of time, at the edge where it is less
+    leading, trailing = case.heaviest
     measured = (
-        f"{turns} changes of the edge struck, heaviest blows {case.heaviest[0]:.3g} and "
-        f"{case.heaviest[1]:.3g} F_n T_1, least share without force at an edge {100 * gone:.3g} %"
+        f"{turns} changes of the edge struck, heaviest blows {leading:.3g} and {trailing:.3g} "
+        f"F_n T_1, least share without force at an edge {100 * without_force:.3g} %"
     )
-    if turns >= TURNS and gone > TOUCH:
-        return Outcome(gone, measured)
+    if turns >= TURNS and without_force > TOUCH:
+        return Outcome(without_force, measured)
     missing_turns = max(1.0 - turns / TURNS, 0.0)
-    missing_share = max(TOUCH - gone, 0.0)  # at most TOUCH, nothing beside a missing turn
+    missing_share = max(TOUCH - without_force, 0.0)  # at most TOUCH, nothing to a missing turn
     return Outcome(-missing_turns - missing_share, measured)
 
 

@@ -39,27 +39,31 @@ def scene_files(given: Path | None, stems: Iterable[str]) -> list[Path]:
 
 
 def sets(files: Sequence[Path]) -> dict[str, list[Path]]:
-    """Scene files of the other parameter sets, by the folders beside `files` that hold them."""
+    """Scene files of the other parameter sets, by the names of the folders that hold them.
+
+    The folders stand beside `files`, the scenes of the reference set.
+    """
     first = files[0]
-    of_sets = {}
-    for beside in sorted(first.parent.glob(f"*/{first.name}")):
-        folder = beside.parent
-        of_sets[folder.name] = [folder / file.name for file in files]
-    return of_sets
+    files_of_set = {}
+    for first_of_set in sorted(first.parent.glob(f"*/{first.name}")):
+        folder = first_of_set.parent
+        files_of_set[folder.name] = [folder / file.name for file in files]
+    return files_of_set
 
 
 def text(record: Claims, others: Mapping[str, Claims]) -> str:
     """The claims for people; of each how many parameter sets satisfy it, if there are several."""
-    every = [record, *others.values()]
-    satisfied = [sum(one.claims[i].holds for one in every) for i in range(len(record.claims))]
+    sets_of_claims = [record.claims, *(other.claims for other in others.values())]
     rows = [("claim", "statement", "verdict", "margin", "sets", "measured")]
-    for c, count in zip(record.claims, satisfied, strict=True):
-        sets_of_all = f"{count} of {len(every)}"
-        rows.append((c.id, c.statement, c.verdict, f"{c.margin:+.3g}", sets_of_all, c.measured))
-    held = sum(c.holds for c in record.claims)
+    # of each claim the verdicts on all sets, the reference set first
+    for c, *others_on_claim in zip(*sets_of_claims, strict=True):
+        count = c.holds + sum(other.holds for other in others_on_claim)
+        satisfied = f"{count} of {len(sets_of_claims)}"
+        rows.append((c.id, c.statement, c.verdict, f"{c.margin:+.3g}", satisfied, c.measured))
+    reproduced = sum(c.holds for c in record.claims)
     total = (
-        f"{held} of {len(record.claims)} reproduced. Reproduced is not confirmed: these scenes "
-        "were fitted to the statements"
+        f"{reproduced} of {len(record.claims)} reproduced. Reproduced is not confirmed: these "
+        "scenes were fitted to the statements"
     )
     return f"{table(rows, right=False)}\n\n{total}"
 
@@ -68,7 +72,7 @@ def run(given: argparse.Namespace) -> Reply:
     """Judge the claims on the article's scenes, and on those of other sets beside them."""
     files = scene_files(given.scenes, HISTORY_FIGURES)
     record = study(files)
-    others = {name: study(some) for name, some in sets(files).items()}
-    satisfied = {name: [c.id for c in one.claims if c.holds] for name, one in others.items()}
+    others = {name: study(of_set) for name, of_set in sets(files).items()}
+    satisfied = {name: [c.id for c in other.claims if c.holds] for name, other in others.items()}
     answer = record.to_dict() | {"other_sets": satisfied}
     return Reply(lambda: answer, lambda: text(record, others), files)

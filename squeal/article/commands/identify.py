@@ -30,10 +30,9 @@ def options(parser: Parser) -> None:
             f"--{key.replace('_', '-')}", choices=choices, default=choices[0], help="formulation"
         )
     add = parser.add_argument
-    words = "so many starts, however long they take"
     add("--seed", read=whole(0), default=1, metavar="N", help="whole number (1 if left out)")
     add("--minutes", read=MINUTES, default=10.0, metavar="M", help="how long (10 if left out)")
-    add("--starts", read=whole(1), metavar="N", help=words)
+    add("--starts", read=whole(1), metavar="N", help="so many starts, however long they take")
     parser.add_argument(
         "--state",
         type=Path,
@@ -75,7 +74,7 @@ def run(given: argparse.Namespace) -> Reply:
     formulation = Formulation(given.line_force, given.delta_from, given.delta_moment)
     starts = math.inf
     seconds = 60.0 * given.minutes
-    if given.starts is not None:
+    if given.starts is not None:  # then the number of starts ends the search, not the time
         starts = given.starts
         seconds = math.inf
     if given.scenes is not None:

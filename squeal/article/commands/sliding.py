@@ -50,7 +50,7 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
             if distance > same:
                 others.append(replace(other, beyond=taken.beyond))
         equilibria = sorted([taken, *others], key=lambda equilibrium: equilibrium.potential)
-    return [(one, judge(*at_equilibrium(model, one))) for one in equilibria]
+    return [(equilibrium, judge(*at_equilibrium(model, equilibrium))) for equilibrium in equilibria]
 
 
 def _finite(value: float) -> float | None:
@@ -83,16 +83,16 @@ def data(scene: Scene) -> dict[str, Any]:
     if not scene.pad_model.linear:
         judged = judged_equilibria(scene)
         first = judged[0][0] if judged else None
-        taken = next((one for one, _ in judged if one.on_branch), first)
+        taken = next((equilibrium for equilibrium, _ in judged if equilibrium.on_branch), first)
         answer["admissible"] = taken is not None and taken.admissible
         answer["equilibria"] = []
-        for one, judgement in judged:
-            row: dict[str, Any] = dict(zip(("x", "y", "theta"), one.q, strict=True))
-            row |= picked(one, "R_n delta")
-            row["contact"] = scene.pad_model.state_name(one.state)
+        for equilibrium, judgement in judged:
+            row: dict[str, Any] = dict(zip(("x", "y", "theta"), equilibrium.q, strict=True))
+            row |= picked(equilibrium, "R_n delta")
+            row["contact"] = scene.pad_model.state_name(equilibrium.state)
             row["verdict"] = judgement.verdict
-            row |= picked(one, "on_branch admissible")
-            row["warnings"] = list(one.warnings)
+            row |= picked(equilibrium, "on_branch admissible")
+            row["warnings"] = list(equilibrium.warnings)
             answer["equilibria"].append(row)
     return answer
 
@@ -107,15 +107,15 @@ def _moment_entry(answer: dict[str, Any]) -> str:
 
 
 def text(answer: dict[str, Any]) -> str:
-    """The answer for people."""
+    """The answer for people, from the JSON object that `data` makes."""
     K = [[number(v) for v in row] for row in answer["K"]]
     rank_word = "singular" if answer["rank"] < 3 else "regular"
 
     def bound(key: str) -> str:
         return "none (K21 = 0)" if answer[key] is None else f"mu < {number(answer[key])}"
 
-    yes = {True: "yes", False: "no"}
-    as_printed = yes[answer["holds_as_printed"]]
+    yes_or_no = {True: "yes", False: "no"}
+    as_printed = yes_or_no[answer["holds_as_printed"]]
     if answer["bound_23a"] is None and answer["bound_23b"] is None:
         as_printed = "nothing is bounded"
     parts = [
@@ -127,8 +127,8 @@ def text(answer: dict[str, Any]) -> str:
         (
             f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
             f"hold as printed: {as_printed}\n"
-            f"complete necessary conditions hold: {yes[answer['holds_sign_aware']]}; their state, "
-            f"with y = theta = delta = 0, needs K31 = h K11 under friction; here "
+            f"complete necessary conditions hold: {yes_or_no[answer['holds_sign_aware']]}; their "
+            f"state, with y = theta = delta = 0, needs K31 = h K11 under friction; here "
             f"{_moment_entry(answer)}"
         ),
     ]
@@ -137,7 +137,8 @@ def text(answer: dict[str, Any]) -> str:
         rows = [(*heads, "admissible")]
         for e in answer["equilibria"]:
             x, *numbers = [number(e[key]) for key in ("x", "y", "theta", "R_n", "delta")]
-            rows.append((f"  {x}", *numbers, e["contact"], e["verdict"], yes[e["admissible"]]))
+            admissible = yes_or_no[e["admissible"]]
+            rows.append((f"  {x}", *numbers, e["contact"], e["verdict"], admissible))
         listed = "sliding equilibria, least potential energy first\n" + table(rows)
         if not answer["equilibria"]:
             listed = "no sliding equilibrium was found: no steady sliding exists near the pad"

@@ -60,9 +60,9 @@ def _interpolated(points: Sequence[Point], over: str, values: np.ndarray) -> np.
     """
     if not points:
         return np.zeros(len(values))
-    place = np.array([getattr(point, over) for point in points])
-    height = np.array([point.zeta for point in points])
-    return np.interp(values, place, height, left=0.0, right=0.0)
+    known = np.array([getattr(point, over) for point in points])
+    dampings = np.array([point.zeta for point in points])
+    return np.interp(values, known, dampings, left=0.0, right=0.0)
 
 
 def _regions(
@@ -94,16 +94,16 @@ def _regions(
     axes.plot(values, np.where(unstable > low, unstable, np.nan), color="k", lw=1.5)
     for curve in motion.boundaries:
         if curve.over == over:
-            place = [getattr(point, over) for point in curve.points]
-            axes.plot(place, [point.zeta for point in curve.points], **LOOKS[curve.kind])
+            abscissae = [getattr(point, over) for point in curve.points]
+            axes.plot(abscissae, [point.zeta for point in curve.points], **LOOKS[curve.kind])
 
 
 def _number(axes: Axes, margin: Margin, record: Coexistence) -> None:
+    """Write a least disturbance (micrometres) at its dampings, clear of the edges of the panel."""
     at_left = margin.a == record.a_range[0]
     at_bottom = margin.zeta == record.zeta_range[0]
-    place = 1.07 * margin.a if at_left else margin.a
     axes.text(
-        place,
+        1.07 * margin.a if at_left else margin.a,
         1.05 * margin.zeta if at_bottom else margin.zeta,
         f"{margin.micrometres:.2g}",
         ha="left" if at_left else "center",
@@ -119,24 +119,27 @@ def draw(record: Coexistence) -> Drawing:
     if not record.motions:
         return blank(title, record.left_out, __name__, record.provenance)
     low, high = record.zeta_range
-    kinds = dict.fromkeys(curve.kind for one in record.motions.values() for curve in one.boundaries)
+    kinds: dict[str, None] = {}  # of all boundaries drawn, each once
+    for motion in record.motions.values():
+        kinds |= dict.fromkeys(curve.kind for curve in motion.boundaries)
     with style():
         figure = Figure(figsize=(DOUBLE, 4.4))
         panels = figure.subplots(2, len(TITLES), sharey=True)
         for column, (name, words) in enumerate(TITLES.items()):
-            one = record.motions[name]
+            motion = record.motions[name]
             top = panels[0, column]
             bottom = panels[1, column]
-            _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low, high)
-            for margin in one.margins:
-                if inside(one, margin) and margin.micrometres is not None:
+            _regions(top, motion, "a", np.geomspace(*record.a_range, FINE), low, high)
+            for margin in motion.margins:
+                if inside(motion, margin) and margin.micrometres is not None:
                     _number(top, margin, record)
             top.set_xscale("log")
             top.set_xlim(*record.a_range)
             top.set_title(f"({'abc'[column]}) {words}", loc="left", pad=3.0)
             top.set_xlabel("contact damping $a$, s/m")
-            _regions(bottom, one, "mu", np.linspace(*record.mu_range, FINE), low, high)
-            bottom.axvline(one.sliding[0].mu, color="k", lw=0.6, ls=":")
+            _regions(bottom, motion, "mu", np.linspace(*record.mu_range, FINE), low, high)
+            reference_mu = motion.sliding[0].mu  # of all points of that boundary
+            bottom.axvline(reference_mu, color="k", lw=0.6, ls=":")
             bottom.set_xlim(*record.mu_range)
             bottom.set_title(f"({'def'[column]}) {words}", loc="left", pad=3.0)
             bottom.set_xlabel(r"friction $\mu$")
@@ -153,12 +156,12 @@ def draw(record: Coexistence) -> Drawing:
         ]
         figure.legend(handles=handles, loc="outside upper center", ncols=4)
     parts = []
-    for name, one in record.motions.items():
+    for name, motion in record.motions.items():
         reach = "at every contact damping shown"
-        if one.closes is not None:
-            reach = f"up to a contact damping of {one.closes:.2g} s/m"
+        if motion.closes is not None:
+            reach = f"up to a contact damping of {motion.closes:.2g} s/m"
         parts.append(
-            f"{TITLES[name]}: up to a modal damping of {100 * one.highest:.2g} % at "
+            f"{TITLES[name]}: up to a modal damping of {100 * motion.highest:.2g} % at "
             f"{record.a_range[0]:g} s/m, {reach}"
         )
     text = (

@@ -83,7 +83,7 @@ def control_figure(loops: dict[str, Loop]) -> Figure:
 def draw(record: Eigenvalues) -> Drawing:
     """The figure, ready to be saved."""
     title = "Root loci over friction as a loop gain"
-    loops = {name: one for name, one in record.loops.items() if not isinstance(one, Missing)}
+    loops = {name: loop for name, loop in record.loops.items() if not isinstance(loop, Missing)}
     if not loops:
         return blank(title, first_reason(record.loops.values()), __name__, record.provenance)
     parts = []

@@ -23,7 +23,8 @@ LOOKS: list[dict[str, Any]] = [
     {"color": "#6A1B7B", "linestyle": (0, (4, 1.5))},
     {"color": RED, "linestyle": (0, (5, 1.5, 1, 1.5))},
 ]
-UNITS = 2e3 * np.pi, 1e3  # kHz in rad/s, 1/ms in 1/s
+KHZ = 2e3 * np.pi  # in rad/s
+PER_MS = 1e3  # in 1/s
 
 
 def shown_branches(record: Stability) -> list[tuple[SceneStability, Branch]]:
@@ -36,14 +37,16 @@ def shown_branches(record: Stability) -> list[tuple[SceneStability, Branch]]:
 
 
 def _events(branch: Branch) -> list[tuple[float, str, str]]:
-    """(mu, label, line style) of all that happens on the branch, sorted."""
+    """(mu, label, line style) of contact changes and thresholds on the branch, by rising mu.
+
+    A threshold at a contact change is left out.
+    """
     events = [(c.mu, state_label(c.into), ":") for c in branch.contact_changes]
-    jumps = {mu for mu, _, _ in events}
-    events += [
-        (p.mu, "regained" if p.kind == "restabilised" else p.kind, "--")
-        for p in branch.thresholds
-        if p.mu not in jumps
-    ]
+    jumps = {c.mu for c in branch.contact_changes}
+    for threshold in branch.thresholds:
+        if threshold.mu not in jumps:
+            label = "regained" if threshold.kind == "restabilised" else threshold.kind
+            events.append((threshold.mu, label, "--"))
     return sorted(events)
 
 
@@ -60,11 +63,12 @@ def _draw_modes(
     """
     pairs = np.split(values, values.shape[1] // 2, axis=1)
     for k, (look, pair) in enumerate(zip(LOOKS, pairs, strict=False), 1):
-        upper.plot(mu, np.abs(pair[:, 0].imag) / UNITS[0], gid=f"mode {k}", **look)
-        lower.plot(mu, pair.real / UNITS[1], gid=f"mode {k}", **look)
+        upper.plot(mu, np.abs(pair[:, 0].imag) / KHZ, gid=f"mode {k}", **look)
+        lower.plot(mu, pair.real / PER_MS, gid=f"mode {k}", **look)
 
 
-def _pair(scene: SceneStability, branch: Branch, upper: Axes, lower: Axes) -> None:
+def _column(scene: SceneStability, branch: Branch, upper: Axes, lower: Axes) -> None:
+    """Draw the two panels of a scene."""
     upper.set_title(title(scene.name), pad=3.0)
     for axes in (upper, lower):
         axes.axvline(scene.mu, color="0.7", linewidth=0.6, zorder=0, gid="reference friction")
@@ -81,8 +85,9 @@ def coupling_figure(record: Stability) -> Figure:
         shape: Any = {"sharex": True, "sharey": "row", "height_ratios": (1.7, 1.0)}
         grid = figure.subplots(2, len(shown), squeeze=False, **shape)
         for (scene, branch), upper, lower in zip(shown, *grid, strict=True):
-            _pair(scene, branch, upper, lower)
+            _column(scene, branch, upper, lower)
             lower.set_xlabel(r"friction $\mu$")
+        # the panels of a row share limits, which show all that is drawn in them
         top = max(axes.dataLim.y1 for axes in grid[0])
         reach = max(abs(axes.dataLim.intervaly).max() for axes in grid[1]) or 1.0
         grid[0, 0].set(ylim=(0.0, 1.07 * top), ylabel="frequency [kHz]")

@@ -31,15 +31,15 @@ ends where the lower face becomes as fast as the surface."""
 
 
 def _label(axes: Axes, mu: np.ndarray, values: np.ndarray, text: str, shift: float) -> None:
-    """Text so many points above the greatest value of a curve."""
-    at = int(np.argmax(values))
-    place: Any = {
+    """Write a text `shift` points above the greatest value of a curve."""
+    greatest = int(np.argmax(values))
+    offset: Any = {
         "xytext": (0.0, shift),
         "textcoords": "offset points",
         "ha": "left",
         "va": "bottom",
     }
-    axes.annotate(text, (mu[at], values[at]), **place)
+    axes.annotate(text, (mu[greatest], values[greatest]), **offset)
 
 
 def _panel(axes: Axes, cycles: Cycles) -> None:
@@ -48,9 +48,11 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
     peak = np.array([point.peak for point in cycles.branch])
     stable = np.array([point.stable for point in cycles.branch])
     changes = np.flatnonzero(np.diff(stable)) + 1
-    for part in np.split(np.arange(len(mu)), changes):  # points of one kind, by index
-        shown = slice(part[0], part[-1] + 2)  # the first point of the next part closes the gap
-        axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[part[0]])])
+    # parts of the branch that are all stable or all unstable, as indices of their points
+    for part in np.split(np.arange(len(mu)), changes):
+        first = part[0]
+        shown = slice(first, part[-1] + 2)  # the first point of the next part closes the gap
+        axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[first])])
     for edge, look in EDGES.items():
         values = [getattr(point, edge) for point in cycles.branch]
         if None not in values:  # only points of contact have edges' forces
@@ -60,6 +62,7 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
         _label(axes, mu, peak, "sum", 2.0)
     axes.plot(cycles.own.mu, cycles.own.peak, "o", mfc="none", mec="k", ms=5)
     high = 1.2 * peak.max()
+    # the bar below: grey over all friction, black where the equilibrium flutters
     axes.fill_between([0.0, GREATEST], -0.07 * high, 0.0, color="0.75", lw=0.0)
     for interval in cycles.unstable:
         axes.fill_between(interval, -0.07 * high, 0.0, color="k", lw=0.0)
@@ -71,24 +74,24 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
 def draw(record: Onset) -> Drawing:
     """The figure, ready to be saved."""
     title = "Periodic motions over friction"
-    there = {}
+    shown = {}
     for name in TITLES:
         cycles = record.cycles.get(name)
         if isinstance(cycles, Cycles):
-            there[name] = cycles
-    if not there:
+            shown[name] = cycles
+    if not shown:
         why = record.left_out or "No motion that lasts is periodic."
         return blank(title, why, __name__, record.provenance)
     with style():
         figure = Figure(figsize=(DOUBLE, 2.2))
-        panels = figure.subplots(1, len(there), squeeze=False)[0]
-        for axes, letter, (name, one) in zip(panels, "abc", there.items(), strict=False):
-            _panel(axes, one)
+        panels = figure.subplots(1, len(shown), squeeze=False)[0]
+        for axes, letter, (name, cycles) in zip(panels, "abc", shown.items(), strict=False):
+            _panel(axes, cycles)
             axes.set_title(f"({letter}) {TITLES[name]}", loc="left", pad=3.0)
         panels[0].set_ylabel("peak contact force over $F_n$")
     parts = []
-    for name, one in there.items():
-        flutter = "nowhere" if one.threshold is None else f"from {one.threshold:.3g}"
-        parts.append(f"{TITLES[name]} from {one.fold:.3g}, flutter of the equilibrium {flutter}")
+    for name, cycles in shown.items():
+        flutter = "nowhere" if cycles.threshold is None else f"from {cycles.threshold:.3g}"
+        parts.append(f"{TITLES[name]} from {cycles.fold:.3g}, flutter of the equilibrium {flutter}")
     text = f"Peak force of periodic motions over the friction coefficient. {'; '.join(parts)}."
     return Drawing(figure, text, title, origin(__name__, record.provenance))

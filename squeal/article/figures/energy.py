@@ -18,6 +18,8 @@ CURVES = {
     "load": ("work of the brake force", "#7A7A7A", (0, (3, 1))),
     "law": ("work of the contact law", "#000000", (0, (5, 1, 1, 1))),
 }
+"""Label, colour and line style of each energy, and of each work so far."""
+ENERGIES = ("kinetic", "elastic")
 AREAS: dict[int, dict[str, Any]] = {
     1: {"fc": "#F6C9BC", "ec": "none"},
     -1: {"fc": "#CFE6F5", "ec": "0.4", "hatch": "//////", "lw": 0.0},
@@ -42,23 +44,22 @@ def energy_figure(record: Energy) -> Figure:
         figure = Figure(figsize=(DOUBLE, 3.9))
         grid = figure.subplots(2, len(shown), sharex="col", squeeze=False)
         for column, (name, motion) in enumerate(shown.items()):
-            unit, word = (1e3, "mJ") if motion.kinetic < 0.1 else (1.0, "J")
+            upper, lower = grid[:, column]
+            factor, unit = (1e3, "mJ") if motion.kinetic < 0.1 else (1.0, "J")
             t = motion.curves["t"]
             for key, (label, colour, look) in CURVES.items():
-                # energies above, works so far below
-                axes = grid[int(key not in ("kinetic", "elastic")), column]
-                values = [unit * v for v in motion.curves[key]]
+                axes = upper if key in ENERGIES else lower
+                values = [factor * v for v in motion.curves[key]]
                 axes.plot(t, values, ls=look, color=colour, label=label, lw=0.9)
-            _episodes(grid[1, column], motion)
-            grid[0, column].set_title(
-                f"({'abc'[column]}) {motion_title(name)}", loc="left", pad=3.0
-            )
-            grid[0, column].set_ylabel(f"energy [{word}]")
-            grid[1, column].set_ylabel(f"work so far [{word}]")
-            grid[1, column].set_xlabel(r"time $t$ [ms]")
-            grid[1, column].set_xlim(0.0, t[-1])
+            _episodes(lower, motion)
+            upper.set_title(f"({'abc'[column]}) {motion_title(name)}", loc="left", pad=3.0)
+            upper.set_ylabel(f"energy [{unit}]")
+            lower.set_ylabel(f"work so far [{unit}]")
+            lower.set_xlabel(r"time $t$ [ms]")
+            lower.set_xlim(0.0, t[-1])
         figure.align_ylabels(grid)
-        handles: list[Artist] = [line for row in grid[:, 0] for line in row.get_lines()]
+        upper, lower = grid[:, 0]
+        handles: list[Artist] = [*upper.get_lines(), *lower.get_lines()]
         for sign, word in ((1, "positive"), (-1, "negative")):
             handles.append(Patch(label=f"{word} work of the law", **AREAS[sign]))
         figure.legend(handles=handles, loc="outside upper center", ncols=4)

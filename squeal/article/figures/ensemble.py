@@ -35,20 +35,20 @@ separated that touches in steady sliding, means over the cases of each set; cros
 statements or shuffled ones."""
 
 
-def _interval(axes: Axes, y: float, one: Share) -> None:
+def _interval(axes: Axes, y: float, share: Share) -> None:
     """Draw a share as a point on its interval, in per cent."""
-    low, high = (100.0 * v for v in one.interval)
-    axes.plot([low, high], [y, y], color="k", lw=1.2, zorder=3)
-    axes.plot(100.0 * one.share, y, "o", color=PRINTED, ms=4, zorder=4)
+    low, high = share.interval
+    axes.plot([100.0 * low, 100.0 * high], [y, y], color="k", lw=1.2, zorder=3)
+    axes.plot(100.0 * share.share, y, "o", color=PRINTED, ms=4, zorder=4)
 
 
 def _shares(axes: Axes, record: Ensemble) -> None:
     """Draw a row for each property, from top to bottom: the share of the sets that have it."""
     shown = {words: record.shares[name]["all"] for name, words in SHOWN.items()}
     shown[COEXIST] = record.coexist["either"]
-    for y, one in enumerate(shown.values()):
+    for y, share in enumerate(shown.values()):
         axes.axhline(y, color="0.9", lw=0.6, zorder=1)
-        _interval(axes, y, one)
+        _interval(axes, y, share)
     axes.set_yticks(range(len(shown)), [*shown])
     axes.set_ylim(len(shown) - 0.5, -0.5)
     axes.set_xlim(-3.0, 103.0)
@@ -70,14 +70,17 @@ def _lost(axes: Axes, record: Ensemble, reference: ParameterSet) -> None:
 
 
 def _statements(axes: Axes, record: Ensemble) -> None:
-    """Draw how many sets satisfy each number of statements: random ones, and ends of searches."""
-    total = sum(record.counts)
+    """Draw the share of sets by the number of statements that they satisfy.
+
+    The sets are random ones, and those at which searches ended.
+    """
+    total = sum(record.counts)  # record.counts[k]: random sets that satisfy k statements
     values = np.arange(record.statements + 1)
     axes.bar(values, np.array(record.counts) / total, width=0.9, color=RANDOM, label="random")
     looks = {"shuffled": (SHUFFLED, "//", -0.2), "printed": (PRINTED, "", 0.2)}
     for kind, (colour, hatch, shift) in looks.items():
-        found = record.searches[kind].satisfied
-        share = np.bincount(found, minlength=len(values)) / len(found)
+        satisfied = record.searches[kind].satisfied  # by the set at which each search ended
+        share = np.bincount(satisfied, minlength=len(values)) / len(satisfied)
         label = "fit, shuffled" if kind == "shuffled" else "fit, article's"
         axes.bar(
             values + shift, share, width=0.4, color=colour, hatch=hatch, ec="k", lw=0.4, label=label

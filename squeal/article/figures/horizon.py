@@ -27,7 +27,8 @@ def _curves(axes: Axes, run: Run) -> None:
         errors = getattr(run.errors, kind)
         axes.plot(run.times, errors, line, color=colour, lw=0.8)
         axes.plot(run.times[::4], errors[::4], mark, color=colour, mfc="white", ms=3.5, mew=0.8)
-    # `predicted` is the time from 1e-16 to 1e-9; the line ends where it reaches 1e-1, or at TOP
+    # `predicted` is the time from 1e-16 to 1e-9, of 7 decades; the line ends where it reaches 1e-1,
+    # after 15 decades, or at TOP
     end = min(TOP, run.predicted * 15.0 / 7.0)
     last = 1e-16 * 10.0 ** (7.0 * end / run.predicted)
     axes.plot([0.0, end], [1e-16, last], ":", color="0.5")
@@ -40,9 +41,11 @@ def _curves(axes: Axes, run: Run) -> None:
     axes.set_title(f"(a) {run.model}, {run.stiffness:g} $k_1$", loc="left", pad=3.0)
 
 
-def _times(run: Run) -> dict[str, float | None]:
-    """The horizon at the first level by what is compared, None without one in the window; of the
-    runs in doubles the least."""
+def _first_horizons(run: Run) -> dict[str, float | None]:
+    """The horizon at the first level by what is compared (a key of `KINDS`), in support periods.
+
+    None where the error stays below that level in the window; of the runs in doubles the least.
+    """
     return {
         "double": run.horizon[0] if run.horizon else None,
         "independent": run.independent[0],
@@ -51,7 +54,10 @@ def _times(run: Run) -> dict[str, float | None]:
 
 
 def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
-    """Draw horizons over the contact stiffness; an arrow where doubles have none up to `TOP`."""
+    """Draw horizons over the contact stiffness; an arrow where doubles have none up to `TOP`.
+
+    Dashed is what the Lyapunov exponent predicts, where it is above 0.
+    """
     chaotic = [run for run in runs if run.exponent > 0.0]
     axes.plot(
         [run.stiffness for run in chaotic],
@@ -63,7 +69,7 @@ def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
     )
     for kind, (colour, mark, _, label) in KINDS.items():
         for run in runs:
-            horizon = _times(run)[kind]
+            horizon = _first_horizons(run)[kind]
             if horizon is not None:
                 axes.plot(run.stiffness, horizon, mark, color=colour, mfc="white", ms=4, mew=0.9)
             elif kind == "double" and run.window >= TOP:
@@ -97,9 +103,10 @@ def draw(record: Horizon) -> Drawing:
         figure.legend(handles, labels, loc="outside upper center", ncols=4)
     parts = []
     for run in record.runs:
-        ends = run.horizon
-        words = f"{ends[0]:.2g} support periods" if ends else f"none in {run.window:.2g}"
-        parts.append(f"{run.model} {run.stiffness:g} k1 {words} (exponent {run.predicted:.2g})")
+        horizon = f"none in {run.window:.2g}"
+        if run.horizon:
+            horizon = f"{run.horizon[0]:.2g} support periods"
+        parts.append(f"{run.model} {run.stiffness:g} k1 {horizon} (exponent {run.predicted:.2g})")
     text = f"Horizon of predictability over contact stiffness: {'; '.join(parts)}."
     title = "Horizon of predictability"
     return Drawing(figure, text, title, origin(__name__, record.provenance))

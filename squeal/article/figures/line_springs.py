@@ -19,16 +19,17 @@ def springs_figure(record: LineSprings) -> Figure:
         lost_panel, apart_panel, distance_panel = panels
         for name, case in record.cases.items():
             colour, marker = LOOKS[name]
-            simulated = [one for one in case.springs if isinstance(one, Contact)]
-            counts = [one.count for one in simulated]
+            simulated = [contact for contact in case.springs if isinstance(contact, Contact)]
+            counts = [contact.count for contact in simulated]
             for axes, key in ((lost_panel, "lost"), (apart_panel, "apart")):
-                shares = [getattr(one, key) for one in simulated]
+                shares = [getattr(contact, key) for contact in simulated]
                 axes.plot(counts, shares, marker + "-", color=colour, ms=3, label=f"case ({name})")
                 if isinstance(case.line, Contact):
                     axes.axhline(getattr(case.line, key), color=colour, ls="--", lw=0.7)
-            distances = [one.off if one.off > LEAST else np.nan for one in simulated]
+            distances = np.array([contact.off for contact in simulated])
+            distances[distances <= LEAST] = np.nan  # not drawn
             distance_panel.plot(counts, distances, marker + "-", color=colour, ms=3)
-        guide = np.array([8.0, 32.0])
+        guide = np.array([8.0, 32.0])  # between these numbers a line shows how N^-2 falls
         distance_panel.plot(guide, 2.0 / guide**2, color="0.5", lw=0.7)
         distance_panel.text(3.0, 2e-4, r"grey: $\propto N^{-2}$", color="0.4", ha="center")
         lost_panel.set_ylabel("share of time, some spring separated")

@@ -12,36 +12,40 @@ SYMBOLS = {"h/w": "$h/w$", "k2/k1": "$k_2/k_1$", "mu": r"friction $\mu$"}
 
 
 def map_ranges_figure(record: MapRanges) -> Figure:
-    """Above outlines of the area at three values of each parameter, below the shares over it."""
+    """Above outlines of the area at three values of each parameter, below the shares over it.
+
+    A column for each parameter. The grey band spans the shares as printed of all pads with a value.
+    """
     with style():
         figure = Figure(figsize=(DOUBLE, 4.5))
         grid = figure.subplots(2, 3)
         for column, (name, sweep) in enumerate(record.sweeps.items()):
-            shape, share = grid[:, column]  # the axes of an outline and of shares
+            upper, lower = grid[:, column]
             for (value, curves), (colour, dash) in zip(sweep.shapes.items(), LOOKS, strict=False):
-                label = f"{SYMBOLS[name].split()[-1]} = {value}"
-                for line in curves:
-                    shape.plot(*(np.array(line).T / np.pi), dash, color=colour, label=label, lw=0.9)
+                label = f"{SYMBOLS[name].split()[-1]} = {value}"  # without a word before the symbol
+                for curve in curves:
+                    alpha1, alpha2 = np.array(curve).T / np.pi
+                    upper.plot(alpha1, alpha2, dash, color=colour, label=label, lw=0.9)
                     label = "_"  # the legend names the first curve of a value alone
-            mark_cases(shape)
-            shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
-            angle_axes_of_pi(shape)
+            mark_cases(upper)
+            upper.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
+            angle_axes_of_pi(upper)
             if column:
-                shape.set_ylabel("")
-            shape.legend(loc="lower left", fontsize=8)
-            share.fill_between(sweep.values, sweep.low, sweep.high, color="0.85", lw=0.0)
-            share.plot(sweep.values, sweep.printed, "k-", label="(23a, b) as printed")
-            share.plot(sweep.values, sweep.complete, "k--", label="complete conditions")
+                upper.set_ylabel("")
+            upper.legend(loc="lower left", fontsize=8)
+            lower.fill_between(sweep.values, sweep.low, sweep.high, color="0.85", lw=0.0)
+            lower.plot(sweep.values, sweep.printed, "k-", label="(23a, b) as printed")
+            lower.plot(sweep.values, sweep.complete, "k--", label="complete conditions")
             label = "equilibrium on the branch"
-            share.plot(sweep.sparse, sweep.reached, "o-", color="#3498DB", ms=3, label=label)
-            share.plot(
+            lower.plot(sweep.sparse, sweep.reached, "o-", color="#3498DB", ms=3, label=label)
+            lower.plot(
                 sweep.sparse, sweep.stable, "s-", color="#6A1B7B", ms=3, label="stable equilibrium"
             )
-            share.axvline(sweep.own, color="0.4", lw=0.7, zorder=1.5)
-            share.set_title(f"({'def'[column]})", loc="left", pad=3.0)
-            share.set_xlabel(SYMBOLS[name])
-            share.set_xlim(sweep.values[0], sweep.values[-1])
-            share.set_ylim(0.0, 1.0)
+            lower.axvline(sweep.own, color="0.4", lw=0.7, zorder=1.5)
+            lower.set_title(f"({'def'[column]})", loc="left", pad=3.0)
+            lower.set_xlabel(SYMBOLS[name])
+            lower.set_xlim(sweep.values[0], sweep.values[-1])
+            lower.set_ylim(0.0, 1.0)
         grid[1, 1].set_xscale("log")
         grid[1, 1].set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["1/4", "1/2", "1", "2", "4"])
         grid[1, 1].minorticks_off()
@@ -54,15 +58,16 @@ def map_ranges_figure(record: MapRanges) -> Figure:
 def draw(record: MapRanges) -> Drawing:
     """The figure, ready to be saved."""
 
-    def span(one: Span) -> str:
-        return f"{100 * one.low:.1f} to {100 * one.high:.1f} % of the map"
+    def percent(span: Span) -> str:
+        return f"{100 * span.low:.1f} to {100 * span.high:.1f} % of the map"
 
     text = (
         "Upper row: outlines over the two spring angles of the area in which the conditions "
         "(23a, b) hold as printed, at three values each of h/w, k2/k1 and mu, with the four cases "
         f"marked. Lower row: shares of the map over the same parameters. Over all {record.pads} "
-        f"pads the printed conditions hold on {span(record.printed)}, the complete necessary ones "
-        f"on {span(record.complete)}; grey bands show the range of the printed at each value."
+        f"pads the printed conditions hold on {percent(record.printed)}, the complete necessary "
+        f"ones on {percent(record.complete)}; grey bands show the range of the printed at each "
+        "value."
     )
     made = origin(__name__, record.provenance)
     return Drawing(map_ranges_figure(record), text, "The map of Fig. 13 over its parameters", made)

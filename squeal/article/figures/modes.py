@@ -45,8 +45,8 @@ def modes_figure(record: Stability) -> Figure:
     Some case must have a sliding equilibrium.
     """
     scenes = scenes_of(record)
-    shown = []
-    pads = []
+    shown = []  # of each panel its column and row, the mode, and the outlines of the pad
+    pads = []  # all outlines
     shapes = []
     for column, scene in enumerate(scenes):
         if isinstance(scene.equilibrium, Modes):
@@ -57,9 +57,10 @@ def modes_figure(record: Stability) -> Figure:
                 shapes.append(shape_of(mode))
     corners = np.concatenate(pads)
     surface = [-s.h / s.w for s in scenes]  # its height below the centre, in half lengths
-    left, bottom = corners.min(axis=0) - 0.08
+    # limits of the axes with margins; some of the surface is shown
+    left, lowest = corners.min(axis=0) - 0.08
     right, top = corners.max(axis=0) + 0.08
-    bottom = min(bottom, min(surface) - 0.12)
+    bottom = min(lowest, min(surface) - 0.12)
     width = DOUBLE / len(scenes)
     height = width * (top - bottom) / (right - left)
     with style():
@@ -89,8 +90,9 @@ def alternative_text(record: Stability) -> str:
     for scene in scenes_of(record):
         parts = []
         equilibrium = scene.equilibrium
-        for mode in equilibrium.modes if isinstance(equilibrium, Modes) else ():
-            size = np.hypot(mode.real, mode.imag)
+        modes = equilibrium.modes if isinstance(equilibrium, Modes) else ()
+        for mode in modes:
+            size = np.hypot(mode.real, mode.imag)  # of x, y and w theta
             motion = ("sliding", "lifting", "pitching")[int(np.argmax(size))]
             parts.append(f"{mode.frequency_hz / 1e3:#.3g} kHz mostly {motion}")
         texts.append(f"{title(scene.name)}: {', '.join(parts) or 'no sliding equilibrium'}")
@@ -104,7 +106,7 @@ def draw(record: Stability) -> Drawing:
     """The figure of `squeal.article.studies.stability` results, ready to be saved."""
     name = f"Mode shapes of model {MODEL}"
     equilibria = [scene.equilibrium for scene in scenes_of(record)]
-    if not any(isinstance(one, Modes) for one in equilibria):
+    if not any(isinstance(equilibrium, Modes) for equilibrium in equilibria):
         return blank(name, first_reason(equilibria), __name__, record.provenance)
     made = origin(__name__, record.provenance)
     return Drawing(modes_figure(record), alternative_text(record), name, made)

@@ -42,7 +42,8 @@ def _colours_of(row: After) -> tuple[str, str]:
 
 
 def _tiles(axes: Axes, shown: dict[str, tuple[After, ...]], ratios: tuple[float, ...]) -> None:
-    """A row per motion, a column per damping ratio, with the share that lasts."""
+    """A row per motion, a column per damping ratio, with the share of starts that lead to sustained
+    loss of contact."""
     for y, rows in enumerate(shown.values()):
         for x, row in enumerate(rows):
             colour, ink = _colours_of(row)
@@ -106,7 +107,7 @@ def outcomes_figure(onset: Onset, basin: Basin, grazing: Grazing) -> Figure:
 def draw(onset: Onset, basin: Basin, grazing: Grazing) -> Drawing:
     """The figure, ready to be saved."""
     title = "What lasts with damping"
-    made = [one.provenance for one in (onset, basin, grazing)]
+    made = [record.provenance for record in (onset, basin, grazing)]
     if not onset.after or grazing.grazes is None or grazing.crosses is None:
         return blank(title, onset.left_out, __name__, *made)
     lasting = []
@@ -117,9 +118,9 @@ def draw(onset: Onset, basin: Basin, grazing: Grazing) -> Drawing:
                     f"{name} at {100 * row.ratio:g} % from {row.lasting} of {row.starts}"
                 )
     shares = []
-    for name, of_box in basin.shares.items():
-        each = [f"{100 * row.share:.0f} % at {row.half_width:g}" for row in of_box]
-        shares.append(f"{NAMES[name]} {', '.join(each)}")
+    for name, rows_of_box in basin.shares.items():
+        of_widths = [f"{100 * row.share:.0f} % at {row.half_width:g}" for row in rows_of_box]
+        shares.append(f"{NAMES[name]} {', '.join(of_widths)}")
     text = (
         f"Cases by damping ratio with sustained loss of contact: {'; '.join(lasting)}. Share that "
         f"lasts by half-width of the box of initial conditions: {'; '.join(shares)}. The blow on "

@@ -23,14 +23,14 @@ Marks = Mapping[str, tuple[float, float]]
 """Letters of cases with their (alpha1, alpha2) in rad."""
 
 
-BESIDE = {"a": (0.0, 10.0), "b": (-11.0, 0.0), "c": (-5.0, 14.0), "d": (8.0, 9.0)}
-"""Where a case's letter stands from its place, in points: what lies there stays in sight."""
+OFFSETS = {"a": (0.0, 10.0), "b": (-11.0, 0.0), "c": (-5.0, 14.0), "d": (8.0, 9.0)}
+"""From a case's dot to its letter, in points, so that neither covers what is drawn there."""
 
 
-def _mark_beside(axes: Axes, marks: Marks) -> None:
-    """A dot at the place of each case, and its letter beside it on a short line."""
-    for name, place in marks.items():
-        at = (place[0] / np.pi, place[1] / np.pi)
+def _mark_cases(axes: Axes, marks: Marks) -> None:
+    """Draw a dot at the angles of each case, and its letter, if it has one, on a short line."""
+    for name, (alpha1, alpha2) in marks.items():
+        at = (alpha1 / np.pi, alpha2 / np.pi)
         dot: Any = {"marker": "o", "ms": 3.5, "mfc": "white", "mec": RED, "mew": 0.9}
         axes.plot(*at, **dot, clip_on=False, zorder=6)
         if not name:
@@ -38,9 +38,9 @@ def _mark_beside(axes: Axes, marks: Marks) -> None:
         box = {"boxstyle": "circle,pad=0.1", "fc": "white", "ec": RED, "lw": 0.9}
         line = {"arrowstyle": "-", "color": RED, "lw": 0.9, "shrinkA": 0.0, "shrinkB": 0.0}
         look: Any = {"ha": "center", "va": "center", "fontsize": 8, "zorder": 5}
-        beside = BESIDE.get(name, (8.0, 8.0))
+        offset = OFFSETS.get(name, (8.0, 8.0))
         axes.annotate(
-            name, at, beside, textcoords="offset points", bbox=box, arrowprops=line, **look
+            name, at, offset, textcoords="offset points", bbox=box, arrowprops=line, **look
         )
 
 
@@ -49,8 +49,8 @@ def quasi_static_figure(record: QuasiStatic, angles: Angles) -> Figure:
 
     The regions are black as in the article, within their traced boundaries.
     """
-    quiet = np.arange(4) >= PARTIAL
-    equilibria = angles.b2.regrouped(quiet.astype(int))
+    no_growth = np.arange(4) >= PARTIAL  # of each code of the map of B2
+    equilibria = angles.b2.regrouped(no_growth.astype(int))
     of_b2 = (f"(d) B2, no growth: {100 * angles.share.quiet:.1f} %", equilibria, BLACK)
     return _drawn((*_panels_of_conditions(record), of_b2), record, CASES)
 
@@ -65,35 +65,37 @@ def _panels_of_conditions(record: QuasiStatic) -> tuple[MapPanel, MapPanel, MapP
 
 
 def _drawn(panels: Sequence[MapPanel], record: QuasiStatic, marks: Marks) -> Figure:
-    """Panels side by side with the places of pads; on the third the curve of the state."""
+    """Panels side by side with marks of pads; on the third, (c), the curve of the state."""
     with style():
         figure = Figure(figsize=(DOUBLE * len(panels) / 4, 2.3))
-        axes = figure.subplots(1, len(panels), sharey=True)
-        for one, (title, outline, colours) in zip(axes, panels, strict=True):
-            draw_areas(one, outline, colours)
-            _mark_beside(one, marks)
-            one.set_title(title, fontsize=8, pad=16.0)
-            angle_axes_of_pi(one)
+        grid = figure.subplots(1, len(panels), sharey=True)
+        for axes, (title, outline, colours) in zip(grid, panels, strict=True):
+            draw_areas(axes, outline, colours)
+            _mark_cases(axes, marks)
+            axes.set_title(title, fontsize=8, pad=16.0)
+            angle_axes_of_pi(axes)
         for curve in record.state:
-            axes[2].plot(*(np.array(curve).T / np.pi), color="black", lw=1.6, zorder=3)
-        for one in axes[1:]:
-            one.set_ylabel("")
+            alpha1, alpha2 = np.array(curve).T / np.pi
+            grid[2].plot(alpha1, alpha2, color="black", lw=1.6, zorder=3)
+        for axes in grid[1:]:
+            axes.set_ylabel("")
     return figure
 
 
 def alternative_text(record: QuasiStatic, angles: Angles) -> str:
     """The maps in words."""
-    printed, complete, quiet = (
-        f"{100 * share:.1f} % of the map"
-        for share in (record.share.as_printed, record.share.complete, angles.share.quiet)
-    )
+
+    def percent(share: float) -> str:
+        return f"{100 * share:.1f} % of the map"
+
     return (
         "Four maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
         f"coefficient {record.mu:g}. Black: (a) where the conditions (23a) and (23b) hold as "
-        f"printed, {printed}; (b) where the complete necessary conditions hold, {complete}; (c) "
+        f"printed, {percent(record.share.as_printed)}; (b) where the complete necessary conditions "
+        f"hold, {percent(record.share.complete)}; (c) "
         "the curve on which the sliding state of these conditions exists, within the area of (b) "
         "in grey; (d) where model B2 has a sliding equilibrium about which no mode grows, "
-        f"{quiet}. Letters mark the cases."
+        f"{percent(angles.share.quiet)}. Letters mark the cases."
     )
 
 

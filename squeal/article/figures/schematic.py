@@ -27,7 +27,10 @@ line with the energy-consistent law."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
-    """Draw a pad on the moving surface, with its two inclined springs."""
+    """Draw a pad on the moving surface, with its two inclined springs, at angles in rad.
+
+    alpha1 counts from +x, alpha2 from -x the other way round.
+    """
     corners = [(-HALF, HIGH), (HALF, HIGH), (HALF, -HIGH), (-HALF, -HIGH)]
     axes.add_patch(Polygon(corners, facecolor="#EAF3FA", edgecolor="k", linewidth=0.9))
     for corner, direction in (
@@ -46,8 +49,12 @@ def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
 
 
 def _model(axes: Axes, middle: float, springs: int, name: str) -> None:
-    """A small pad with its name, on so many springs between its lower face and the surface."""
+    """Draw a small pad with its name on a number of springs between its lower face and the surface.
+
+    middle: its centre on the horizontal axis.
+    """
     half = 0.58
+    # heights
     top = 0.5
     face = -0.02
     surface = -0.42
@@ -59,8 +66,8 @@ def _model(axes: Axes, middle: float, springs: int, name: str) -> None:
     ]
     axes.add_patch(Polygon(corners, facecolor="#EAF3FA", edgecolor="k", linewidth=0.9))
     turns = 3
-    for place in np.linspace(middle - half, middle + half, springs):
-        axes.plot(*_coil((place, face), (place, surface), turns, 0.04).T, color="k", lw=0.6)
+    for x in np.linspace(middle - half, middle + half, springs):
+        axes.plot(*_coil((x, face), (x, surface), turns, width=0.04).T, color="k", lw=0.6)
     axes.plot([middle - 0.68, middle + 0.68], [surface, surface], color="k", lw=1.1)
     axes.text(middle, 0.5 * (top + face), name, ha="center", va="center")
     axes.annotate("", (middle, top), (middle, top + 0.5), arrowprops={"arrowstyle": "-|>"})
@@ -83,13 +90,13 @@ def lamps(hammering: Hammering, sets: Sets) -> dict[str, list[str]]:
     motions = {name: by_windows["1"] for name, by_windows in hammering.motions.items()}
     reference = sets.sets[REFERENCE]
     return {
-        "an edge separates": [name for name, one in motions.items() if one.lost],
-        "both separate at once": [name for name, one in motions.items() if one.separated > 0.0],
-        "the pad hammers": [name for name, one in motions.items() if one.hammers],
+        "an edge separates": [name for name, m in motions.items() if m.lost],
+        "both separate at once": [name for name, m in motions.items() if m.separated > 0.0],
+        "the pad hammers": [name for name, m in motions.items() if m.hammers],
         "the equilibrium flutters": [
             stem(model, case) for model, cases in reference.flutters.items() for case in cases
         ],
-        "contact keeps changing": [name for name, one in reference.lasting.items() if one > 0.0],
+        "contact keeps changing": [name for name, s in reference.lasting.items() if s > 0.0],
     }
 
 
@@ -112,7 +119,7 @@ def draw(hammering: Hammering, sets: Sets) -> Drawing:
         # below the models the statements, below each case a lamp for each model and statement
         for row, statement in enumerate(answers):
             grid[1, 0].text(1.0, -row, statement, ha="right", va="center")
-        columns = (("B1", "points", -0.3), ("B2", "line", 0.3))
+        columns = (("B1", "points", -0.3), ("B2", "line", 0.3))  # model, its name, and x
         for axes, case in zip(grid[1, 1:], CASES, strict=True):
             for _, kind, x in columns:
                 axes.text(x, 1.0, kind, ha="center", va="center")
@@ -120,12 +127,14 @@ def draw(hammering: Hammering, sets: Sets) -> Drawing:
                 for model, _, x in columns:
                     color = ON if stem(model, case) in names else OFF
                     axes.plot(x, -row, "o", ms=7.5, mfc=color, mec="k", mew=0.7)
-    text = "; ".join(f"{one}: {', '.join(names) or 'no case'}" for one, names in answers.items())
+    sentences = []
+    for statement, names in answers.items():
+        sentences.append(f"{statement}: {', '.join(names) or 'no case'}")
     made = origin(__name__, hammering.provenance, sets.provenance)
     return Drawing(
         figure,
         "A pad on two springs under its edges, and one on springs along its face. Four "
-        f"arrangements of the inclined springs, (a) to (d). {text}.",
+        f"arrangements of the inclined springs, (a) to (d). {'; '.join(sentences)}.",
         "The result in one picture",
         made,
     )

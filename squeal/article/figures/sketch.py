@@ -76,14 +76,15 @@ def _ground(axes: Axes, at: Vector, normal: Vector, half: float) -> None:
 
 
 def _inclined(axes: Axes, number: str, corner: Vector, direction: Vector, angle: float) -> None:
-    """A support spring from a corner in a direction, with its angle.
+    """Draw a support spring from a corner in a direction, with its angle (rad).
 
-    alpha1 counts from +x, alpha2 from -x the other way round.
+    alpha1 counts from +x, alpha2 from -x the other way round. number: "1" or "2".
     """
     end = corner + SPRING * direction
     _line(axes, _coil(corner, end))
     _ground(axes, end, direction, 0.16)
     degrees = math.degrees(angle)
+    # begin and end of the arc, counted from +x; side: 1 where the angle counts from +x, else -1
     if number == "1":
         side = 1.0
         begin = 0.0
@@ -99,12 +100,15 @@ def _inclined(axes: Axes, number: str, corner: Vector, direction: Vector, angle:
     axes.add_patch(Arc(tuple(corner), 0.56, 0.56, theta1=begin, theta2=stop, linewidth=0.6))
     # 18 degrees below the middle of the arc, clear of the spring
     middle = math.radians((begin + stop) / 2 - side * 18)
-    place = corner + 0.43 * np.array([math.cos(middle), math.sin(middle)])
-    _text(axes, place, f"$\\alpha_{number}$")
+    label = corner + 0.43 * np.array([math.cos(middle), math.sin(middle)])
+    _text(axes, label, f"$\\alpha_{number}$")
 
 
 def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
-    """Draw the pad with its coordinates, d and beta of a corner, and its height."""
+    """Draw the pad with its coordinates, d and beta of a corner, and its height.
+
+    at: its corners by the names of `corners`, in half lengths from its centre.
+    """
     outline = [at["1"], at["2"], at["t"], at["l"]]
     axes.add_patch(Polygon(outline, facecolor="#EAF3FA", edgecolor="black", linewidth=1.1))
     centre = np.zeros(2)
@@ -129,7 +133,10 @@ def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
 
 
 def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
-    """Draw the surface at a height, its speed, the brake force, the fixed frame and the length."""
+    """Draw the surface at a height, its speed, the brake force, the fixed frame and the length.
+
+    level: the height in half lengths; at: the corners of the pad, see `corners`.
+    """
     axes.fill_between([-2.0, 2.0], level, level - 0.1, color="0.85", linewidth=0.0)
     _line(axes, [(-2.0, level), (2.0, level)], linewidth=1.2)
     _arrow(axes, (1.45, level - 0.2), (1.9, level - 0.2), "$V$", (1.98, level - 0.2))

@@ -23,7 +23,10 @@ the plane in $x$."""
 
 
 def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
-    """Maps of the kinds of motion after the longest time, B1 above B2."""
+    """Maps of the kinds of motion after the longest time, B1 above B2.
+
+    Codes are indices of `KINDS`. reach: of the maps to each side, in static compressions.
+    """
     palette = ListedColormap(list(COLOURS))
     norm = BoundaryNorm(np.arange(len(KINDS) + 1) - 0.5, len(KINDS))
     with style():
@@ -31,17 +34,18 @@ def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
         grid = figure.subplots(2, 4, sharex=True, sharey=True)
         present = set()
         for axes, (name, case) in zip(grid.flat, cases.items(), strict=False):
-            one = longest(case)
-            codes = np.array([[int(digit) for digit in row] for row in one.rows])
-            # one.own is the kind of the reference initial conditions
-            present |= {*codes.ravel().tolist(), one.own}
+            longest_map = longest(case)
+            codes = np.array([[int(digit) for digit in row] for row in longest_map.rows])
+            reference_kind = longest_map.own  # of the reference initial conditions
+            present |= {*codes.ravel().tolist(), reference_kind}
             edges = np.linspace(-reach, reach, len(codes) + 1)
             axes.pcolormesh(
                 edges, edges, codes, cmap=palette, norm=norm, edgecolors="face", linewidth=0.4
             )
             axes.plot(0.0, 0.0, "+", color="k", ms=5, mew=0.9, path_effects=HALO)
             _x, height, tilt = case.reference
-            axes.plot(height, tilt, "o", mfc=COLOURS[one.own], mec="k", ms=5, path_effects=HALO)
+            ring = COLOURS[reference_kind]
+            axes.plot(height, tilt, "o", mfc=ring, mec="k", ms=5, path_effects=HALO)
             axes.set_title(f"{name[:2].upper()} ({name[-1]})", pad=3.0)
             axes.set_aspect("equal")
             axes.set_xticks([-1, 0, 1])
@@ -58,13 +62,13 @@ def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
 
 def longest(case: CaseMaps) -> Map:
     """The map after the longest time."""
-    return next(one for one in case.maps if one.windows == WINDOWS[-1])
+    return next(of_time for of_time in case.maps if of_time.windows == WINDOWS[-1])
 
 
 def draw(record: Starts) -> Drawing:
     """The figure, ready to be saved."""
     title = "What the initial conditions decide"
-    cases = {name: one for name, one in record.cases.items() if not isinstance(one, Missing)}
+    cases = {name: case for name, case in record.cases.items() if not isinstance(case, Missing)}
     if not cases:
         return blank(title, first_reason(record.cases.values()), __name__, record.provenance)
     parts = []

@@ -39,37 +39,42 @@ LOOKS = {
 """Colour, mark and line of an integrator."""
 LETTERS = "abcdef"
 
-Where = Callable[[Point], float]
+Abscissa = Callable[[Point], float]
+"""What is drawn to the right of a run: its evaluations, or its run time."""
 
 
-def panel(axes: Axes, points: Sequence[Point], where: Where) -> None:
-    """Errors of one case over what `where` makes of each run; runs without an error left out."""
+def panel(axes: Axes, points: Sequence[Point], abscissa: Abscissa) -> None:
+    """Draw the errors of the runs of one case, a curve for each integrator.
+
+    Runs without an error are left out; marks are open where contact changes are missed or made up.
+    """
     for path, (colour, marker, line) in LOOKS.items():
         runs = [p for p in points if p.path == path and p.error]
-        places = [where(p) for p in runs]
-        axes.plot(places, [p.error or 0.0 for p in runs], line, color=colour, lw=0.8)
-        for p, place in zip(runs, places, strict=True):
+        x = [abscissa(p) for p in runs]
+        y = [p.error or 0.0 for p in runs]
+        axes.plot(x, y, line, color=colour, lw=0.8)
+        for i, p in enumerate(runs):
             face = colour if p.missed == p.extra == 0 else "white"
-            axes.plot(place, p.error or 0.0, marker, color=colour, mfc=face, ms=4, mew=0.7)
+            axes.plot(x[i], y[i], marker, color=colour, mfc=face, ms=4, mew=0.7)
     axes.set(xscale="log", yscale="log", ylim=(1e-16, 1.0))
     axes.set_yticks([10.0**n for n in range(-16, 1, 4)])
     axes.minorticks_off()
 
 
 def panels(
-    record: Accuracy, where: Where, label: str, rows: int, height: float
+    record: Accuracy, abscissa: Abscissa, label: str, rows: int, height: float
 ) -> tuple[Figure, list[Axes]]:
     """A figure with a panel per case, row by row, and the axes of the grid that stay empty.
 
-    where: place of a run on the abscissa, which `label` names; rows, height: of the grid of panels,
-    in inches. A row has half as many panels as there are cases.
+    label: name of the abscissa; rows, height: number of rows of panels, and height of the figure in
+    inches. A row has half as many panels as there are cases.
     """
     figure = Figure(figsize=(DOUBLE, height))
     columns = math.ceil(len(record.changes) / 2)
     grid = figure.subplots(rows, columns, squeeze=False)
     panels_in_order = list(grid.ravel())
     for axes, case, letter in zip(panels_in_order, record.changes, LETTERS, strict=False):
-        panel(axes, [p for p in record.points if p.case == case], where)
+        panel(axes, [p for p in record.points if p.case == case], abscissa)
         axes.set_xlabel(label)
         axes.set_title(f"({letter}) {case}", loc="left", pad=3.0)
     for row in grid:
@@ -90,9 +95,10 @@ def draw(record: Accuracy) -> Drawing:
         return blank(name, record.left_out, __name__, record.provenance)
     parts = []
     for case in record.changes:
+        # by integrator the fewest evaluations with which the error is small enough
         least = {path: record.least(case, path) for path in LOOKS}
-        told = [f"{path} {count}" for path, count in least.items() if count is not None]
-        parts.append(f"{case}: {', '.join(told)}")
+        reached = [f"{path} {count}" for path, count in least.items() if count is not None]
+        parts.append(f"{case}: {', '.join(reached)}")
     text = (
         f"Error of the final place over evaluations in {len(record.changes)} cases. Evaluations "
         f"for an error of at most {record.aim:g}: {'; '.join(parts)}."

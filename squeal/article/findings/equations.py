@@ -25,9 +25,11 @@ class Measured(NamedTuple):
 def stiffness_entries(pads: list[Pad]) -> Measured:
     """E1: the error of the printed K33 against the gradient of the spring forces, as a share of the
     exact K33, and that of the other entries of Eq. (22), as a share of the greatest entry."""
+    # the greatest of all pads
     K33_error = 0.0
     other_errors = 0.0
     for pad in pads:
+        # without contact the stiffness is that of the two springs alone
         exact = balanced(pad, linearise(PadModel("B3", pad), np.zeros(3), NONE).K)
         errors = np.abs(balanced(pad, stiffness(pad, printed=True)) - exact)
         K33_error = max(K33_error, errors[2, 2] / abs(exact[2, 2]))
@@ -106,15 +108,15 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
     frictionless = pad.replace(mu=0.0)
     formulation = Formulation(line_force=line_force)  # type: ignore[arg-type]
     model = PadModel("B2", frictionless, formulation)
-    turn = 2 * math.pi * np.arange(PATH) / PATH
+    angles = 2 * math.pi * np.arange(PATH) / PATH  # along the circle
     radius = 1e-4 * pad.w
-    # the edges go up or down by 20 radii and more: the leading edge alone touches
-    tilts = (20 * radius + radius * np.cos(turn)) / pad.w
+    # the tilt moves the edges by 19 radii and more: the leading edge alone touches
+    tilts = (20 * radius + radius * np.cos(angles)) / pad.w
     level = _pressed(frictionless, 0.0, float(tilts[0]))[1]  # the middle of the face at the surface
     work = 0.0
     energy = 0.0
     step = 2 * math.pi / PATH * radius  # of the arc
-    for angle, tilt in zip(turn, tilts, strict=True):
+    for angle, tilt in zip(angles, tilts, strict=True):
         q = np.array([0.0, level + radius * math.sin(angle), tilt - frictionless.theta0])
         at = pose(np, tuple(q))
         load = model.law.loads(model.c, at, LEAD)
@@ -229,10 +231,12 @@ def slope(pad: Pad) -> Measured:
     gap_l, gap_t = gaps(c, at)
     half = (x_t - x_l) / 2.0
     middle = (x_t + x_l) / 2.0
-    places = middle + half * np.array([-1.0, 1.0]) / math.sqrt(3.0)  # two-point Gauss, exact here
-    pressure = -(gap_l + (places - x_l) * (gap_t - gap_l) / (x_t - x_l))
-    delta = float((places * pressure).sum() / pressure.sum())
-    off = abs(delta - float(law.signals(c, at, FULL)[1])) / pad.w
+    # two-point Gauss quadrature, exact for the integrands: pressure and position times pressure
+    points = middle + half * np.array([-1.0, 1.0]) / math.sqrt(3.0)
+    pressure = -(gap_l + (points - x_l) * (gap_t - gap_l) / (x_t - x_l))
+    delta = float((points * pressure).sum() / pressure.sum())
+    _, delta_of_law = law.signals(c, at, FULL)
+    off = abs(delta - float(delta_of_law)) / pad.w
     return Measured(
         {"off": off},
         f"As extracted the slope is 0/0; with trailing minus leading edge, Eq. (17) meets the "

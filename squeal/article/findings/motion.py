@@ -98,12 +98,12 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
             try:
                 changed = _positions(simulate(dataclasses.replace(other, outputs=("history",))))
                 measured[name] = measure(other)
-            except ComputationError:
+            except ComputationError:  # the motion leaves the model
                 ended.append(case)
                 continue
             unchanged = _positions(study.runs[name])
             size = np.ptp(unchanged, axis=1).max()
-            change = np.abs(changed - unchanged)[:, -1].max()
+            change = np.abs(changed[:, -1] - unchanged[:, -1]).max()
             final_change = max(final_change, float(change / size))
         before = study.reproduced({})
         numbers = {"apart": final_change, "before": float(before), "ended": float(len(ended))}

@@ -15,7 +15,7 @@ from squeal.simulation.hybrid import Segment, integrate
 from squeal.simulation.observers import Grid
 from squeal.simulation.run import in_natural_units, make_integrator
 
-PLACES = 12  # in each step, of the quadrature
+NODES = 12  # in each step, of the quadrature
 
 
 class Energies(NamedTuple):
@@ -80,7 +80,7 @@ class _Power:
     def _contact(
         self, model: PadModel, q: np.ndarray, rates: np.ndarray, on: np.ndarray
     ) -> np.ndarray:
-        """Loads (3, ...) of the contact at places q and velocities (3, ...)."""
+        """Loads (F_x, F_y, M), (3, ...), of the contact at (x, y, theta), whose rates are given."""
         c = at_speed(np, model.c, model.pad.fall, rates[0])
         load: Loads = model.law.loads(c, pose(np, tuple(q)), on)
         return np.array(np.broadcast_arrays(*load, q[0])[:3])  # in the shape of q[0]
@@ -102,25 +102,26 @@ class _Power:
         That of friction is what the contact does beyond the contact without friction.
         """
         model = self._model
-        grid = Grid(segment, PLACES)
-        on = segment.steps.on
+        grid = Grid(segment, NODES)
+        on = segment.steps.on  # (contact point, step): 1 where it touches
         # states hold w theta in place of theta
         to_theta = np.array([1.0, 1.0, 1.0 / model.pad.w])[:, None, None]
-        q = grid.states[:3] * to_theta  # (3, place, step)
+        q = grid.states[:3] * to_theta  # (3, node, step)
         rates = grid.states[3:] * to_theta
         normal = self._contact(model.replace(mu=0.0), q, rates, on[:, None])
         friction = self._contact(model, q, rates, on[:, None]) - normal
         C = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
         damping = -np.tensordot(C, rates, 1)
-        power = (np.array([normal, friction, damping]) * rates).sum(axis=1)  # (load, place, step)
+        power = (np.array([normal, friction, damping]) * rates).sum(axis=1)  # (load, node, step)
         work = np.tensordot(grid.weights, power, (0, 1)) * segment.steps.h  # (load, step)
-        energies = self._energies(q, rates, on[:, None])  # (row, place, step)
+        energies = self._energies(q, rates, on[:, None])  # (row, node, step)
         if not self.columns:
             start = [grid.t[0, 0], *energies[:, 0, 0], 0.0, 0.0, 0.0]
             self.columns.append(np.array(start)[:, None])
         works_before = self.columns[-1][5:, -1:]  # normal, friction, damping: the last three rows
         works = works_before + work.cumsum(axis=1)
         self.columns.append(np.array([grid.t[-1], *energies[:, -1], *works]))
+        # some point touches, and another one does not
         self.partial.append((on.max(axis=0) > 0.0) & (on.min(axis=0) <= 0.0))
         self.kinetic = max(self.kinetic, float(energies[0].max()))
 
@@ -137,7 +138,7 @@ def contact_work(scene: Scene) -> Works:
     t, *rows = np.concatenate(power.columns, axis=1)
     kinetic, springs, contact, load, *works = (row * units.energy for row in rows)
     energies = Energies(t * units.time, kinetic, springs, contact, load - load[0], *works)
-    # of each step, and outside of the run; change k is at time t[k]
+    # of each step, with none before and after the run; a change at index k is at time t[k]
     in_partial_contact = np.concatenate([[False], *power.partial, [False]])
     changes = np.flatnonzero(in_partial_contact[1:] != in_partial_contact[:-1])
     fed = energies.fed

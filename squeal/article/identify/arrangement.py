@@ -30,14 +30,17 @@ class Arrangement(Record):
     mirrored: tuple[str, ...] = ()
 
     def outcome(self, claim: Claim, measured: Mapping[str, Case | Linear]) -> Outcome | None:
-        """What a claim makes of measures by scene; None where one of its scenes is not measured."""
-        about_both_models = len({scene[:2] for scene in claim.scenes}) == 2
+        """The outcome of a claim in this arrangement; None where one of its scenes is not measured.
+
+        measured: measures by name of the scene, such as b1-a.
+        """
+        models = {scene.partition("-")[0] for scene in claim.scenes}
+        letters = self.b1 if models == {"b1"} else self.b2
         arguments: list[Case | Linear] = []
         for scene in claim.scenes:
             model, _, case = scene.partition("-")
             name = scene
-            if case:
-                letters = self.b1 if model == "b1" and not about_both_models else self.b2
+            if case:  # b3 has none
                 name = f"{model}-{letters[LETTERS.index(case)]}"
             if name not in measured:
                 return None

@@ -63,10 +63,10 @@ class TaylorBatch(HeyokaIntegrator):
     def run(
         self, contact: np.ndarray, t: np.ndarray, state: np.ndarray, stop: np.ndarray, dense: bool
     ) -> Segment:
-        """Integrate n motions (a multiple of `LANES`) in their contact (points, n).
+        """Integrate n motions (a multiple of `LANES`), `LANES` of them side by side.
 
-        Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit,
-        see `Limit`; `dense` keeps the whole path.
+        Each goes from its time `t` (n,), state (6, n) and contact (points, n) to `stop` (n,), or to
+        an earlier limit, see `Limit`; `dense` keeps the whole path.
         """
         machine = self.ready()
         assert isinstance(machine, BatchMachine)
@@ -77,7 +77,7 @@ class TaylorBatch(HeyokaIntegrator):
         end = np.array(state, dtype=float)
         count = np.zeros(n, dtype=int)
         limit = np.full(n, Limit.NONE)
-        parts: list[DenseOutput | None] = []
+        parts: list[DenseOutput | None] = []  # of each motion, with `dense`
         for offset in range(0, n, LANES):
             motions = slice(offset, offset + LANES)
             machine.first_motion = offset  # with the lane it numbers the motion of a contact change

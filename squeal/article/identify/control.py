@@ -74,11 +74,11 @@ def planned() -> Iterator[tuple[Kind, int]]:
 
 def satisfied(numbers: dict[str, float], arrangement: Arrangement) -> tuple[float, tuple[str, ...]]:
     """Distance of a set from the statements, and ids of the independent ones that it satisfies."""
-    one = arrays(numbers)
-    table, whole = margins(one, CONSISTENT, arrangement=arrangement)
+    one_set = arrays(numbers)
+    table, valid = margins(one_set, CONSISTENT, arrangement=arrangement)
     pairs = zip(CLAIMS, table[0].tolist(), strict=True)
     ids = tuple(claim.id for claim, margin in pairs if claim.informative and margin > 0.0)
-    return float(distance(table, whole, one)[0]), ids
+    return float(distance(table, valid, one_set)[0]), ids
 
 
 def run(kind: Kind, seed: int) -> StoredSearch:
@@ -98,17 +98,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", type=Path, metavar="FILE", help="holds the searches")
     file = parser.parse_args(arguments).file
     stored = read_json(Searches, file) if file.exists() else Searches()
-    finished = {(one.kind, one.seed) for one in stored.searches}
+    finished = {(search.kind, search.seed) for search in stored.searches}
     for kind, seed in planned():
         if (kind, seed) in finished:
             continue
-        begun = time.process_time()
-        one = run(kind, seed)
-        stored = Searches((*stored.searches, one))
-        write_text(file, to_json(stored.to_dict()))
-        spent = time.process_time() - begun
-        told = f"{len(one.satisfied)} statements hold, {one.sets} sets judged"
-        print(f"{kind} {seed}: {told}, {spent:.0f} s", flush=True)
+        begin = time.process_time()
+        search = run(kind, seed)
+        stored = Searches((*stored.searches, search))
+        write_text(file, to_json(stored.to_dict()))  # so that an interrupt loses one search only
+        seconds = time.process_time() - begin
+        counts = f"{len(search.satisfied)} statements hold, {search.sets} sets judged"
+        print(f"{kind} {seed}: {counts}, {seconds:.0f} s", flush=True)
     return 0
 
 

@@ -61,11 +61,12 @@ def some_pads(model: PadModel, which: Any) -> PadModel:
 
 
 def _unsure(segment: Segment) -> np.ndarray:
-    """True (n,) for motions side by side that had better be run alone.
+    """True (n,) for motions side by side that are run again alone, since they may be wrong.
 
     A motion is unsure that could not be carried to the end, that ends with a gap of the wrong sign,
     or in which several points may have changed in one instant.
     """
+    # at the end of the motion a point has passed the surface, but its contact has not changed
     has_wrong_gap = (segment.beyond > MISSED).any(axis=0)
     unsure = (segment.limit == Limit.FAILED) | (has_wrong_gap & (segment.limit == Limit.NONE))
     changes = segment.changes
@@ -73,7 +74,7 @@ def _unsure(segment: Segment) -> np.ndarray:
     heights = np.array(segment.law.gaps(c, pose(np, c.place(changes.state))))
     # at each change, how far each point is from the surface, on the side of its contact state
     distance = np.where(segment.contact_after_changes > 0, -heights, heights)
-    is_near = distance < CLEAR * (1.0 + c.w + c.h)  # a share of the pad's size
+    is_near = distance < CLEAR * (1.0 + c.w + c.h)  # (point, change): a share of the pad's size
     is_near[changes.point, np.arange(len(changes.t))] = False  # the point that changes
     unsure[changes.motion[is_near.any(axis=0)]] = True
     return unsure
@@ -88,15 +89,16 @@ def _blocks(lengths: np.ndarray, lanes: int, dense: bool) -> Iterator[np.ndarray
     lengths (n,): natural times of the motions.
     """
     n = len(lengths)
-    order = np.argsort(-lengths, kind="stable")
+    remaining = np.argsort(-lengths, kind="stable")
     to_fill = -n % lanes
-    order = np.append(order, order[-1:].repeat(to_fill))
-    while order.size:
+    remaining = np.append(remaining, remaining[-1:].repeat(to_fill))
+    while remaining.size:
         in_lane = n
         if dense:
-            longest = max(lengths[order[0]], MEASURED_AT_ONCE / (MOST_IN_LANE - 1))
+            # the bound from below lets at most MOST_IN_LANE run in a lane
+            longest = max(lengths[remaining[0]], MEASURED_AT_ONCE / (MOST_IN_LANE - 1))
             in_lane = int(MEASURED_AT_ONCE / longest) + 1
-        block, order = np.split(order, [in_lane * lanes])
+        block, remaining = np.split(remaining, [in_lane * lanes])
         yield block
 
 
@@ -149,13 +151,14 @@ def _motions(
     n = len(duration)
     from squeal.article.identify.batch import LANES, TaylorBatch  # where heyoka is installed
 
+    # natural units of each pad, (n,), in which all motions are computed
     of_pads = vars(natural_units(pads_as_given, initial.T)).values()
     units = Units(*(np.broadcast_to(v, n) for v in of_pads))  # type: ignore[arg-type]
     model = units.scaled(pads_as_given)
-    placed = units.to_scaled(initial.T)
+    scaled_initial = units.to_scaled(initial.T)
     stop = duration / units.time
-    contact = first_contact(model, placed)
-    state = off_level(model, placed, contact)
+    contact = first_contact(model, scaled_initial)
+    state = off_level(model, scaled_initial, contact)
     dense = measure is not None
     results: Arrays = {}
 
@@ -166,7 +169,8 @@ def _motions(
             results.setdefault(name, np.empty((n, *value.shape[1:]), value.dtype))[pads] = value
 
     c = model.c
-    # by the number of steps, roughly: where the pad turns easily its rotation is the fastest motion
+    # motions are sorted by their number of steps, roughly their time times the highest frequency:
+    # where the pad turns easily (I below m (w^2 + h^2)) its rotation is the fastest motion
     lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
     for block in _blocks(lengths, LANES, dense):
         side_by_side = TaylorBatch(some_pads(model, block), tolerance)
@@ -309,7 +313,7 @@ def simulate_stacks(
     columns: dict[str, Any] = {}
     for name in given[0]:
         columns[name] = np.concatenate([parameters[name] for parameters in given])[with_start]
-    first = stacks[0]
+    first = stacks[0]  # whose model and formulation all have
     arrays = simulate_many(
         first.name,
         Pad(**columns),
@@ -330,15 +334,18 @@ def simulate_damped(
     tolerance: float,
     measure: Measure | None = None,
 ) -> Arrays:
-    """Simulate damped pads of one model and formulation, see `simulate_many`."""
+    """Simulate damped pads of one model and formulation, see `simulate_many`.
+
+    pads: models of one pad each; states (n, 6): first states; stop: length of time.
+    """
     first = pads[0]
     return simulate_many(
         first.name,
-        stack([each.pad for each in pads]),
+        stack([model.pad for model in pads]),
         states,
         stop,
         tolerance,
         first.formulation,
         measure,
-        damping=np.array([each.damping for each in pads]),
+        damping=np.array([model.damping for model in pads]),
     )

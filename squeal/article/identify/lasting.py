@@ -51,10 +51,10 @@ RATIO = 0.01  # of all modes
 STARTS = 12
 SEED = 1
 REACH = 3.0
-# observation times until a motion is looked at, again, how long
+# times, in observation times, from which on a motion is tested, and how long a test lasts
 LATE = 40
 LONGER = 150
-SEEN = 2
+TEST = 2
 TOLERANCE = 1e-9
 REPEATS = 2
 
@@ -67,46 +67,46 @@ class Lasting(NamedTuple):
 
 
 def damped_if_stable(model: PadModel) -> tuple[PadModel, np.ndarray] | None:
-    """The damped pad and the place (3,) of its stable sliding equilibrium; None without one."""
+    """The damped pad and q (3,) of its stable sliding equilibrium; None without one."""
     scene = Scene(model.name, model.pad, model.formulation, damping=Damping(ratios=(RATIO,) * 3))
-    found = assessed_equilibrium(model)
-    if found is None:
+    assessed = assessed_equilibrium(model)
+    if assessed is None:
         return None
     try:
         damped = damped_model(scene)
     except ComputationError:
         return None
-    if verdict(*at_equilibrium(damped, found.equilibrium)) != "stable":
+    if verdict(*at_equilibrium(damped, assessed.equilibrium)) != "stable":
         return None
-    return damped, np.array(found.equilibrium.q)
+    return damped, np.array(assessed.equilibrium.q)
 
 
-def initial_states(model: PadModel, place: np.ndarray) -> np.ndarray:
+def initial_states(model: PadModel, q: np.ndarray) -> np.ndarray:
     """Random states (STARTS, 6) in the box of `REACH` static compressions about an equilibrium."""
     draws = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STARTS, 6))
-    return states_in_box(model.pad, place, REACH, draws)
+    return states_in_box(model.pad, q, REACH, draws)
 
 
 def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
     """Whether (n,) contact still changes after a long time, while the lower face stays slower than
     the surface.
 
-    A motion must change contact within `SEEN` observation times from the time `LATE` on, and again
+    A motion must change contact within `TEST` observation times from the time `LATE` on, and again
     from the time `LONGER` on. pads and states (n, 6): of the motions, in natural units.
     """
     lasting = np.arange(len(pads))  # numbers of the motions that have passed each test so far
-    for before in (LATE, LONGER - LATE):  # time from the test before, or from the start
+    for duration in (LATE, LONGER - LATE):  # from the start, or the test before, to this test
         if not lasting.size:
             break
         lasting_pads = [pads[i] for i in lasting.tolist()]
-        ends = simulate_damped(lasting_pads, states, before * STOP, TOLERANCE)
+        ends = simulate_damped(lasting_pads, states, duration * STOP, TOLERANCE)
         lasting = lasting[ends["valid"]]
         states = ends["final"][ends["valid"]]
         if not lasting.size:
             break
         # the test runs from `states` on, and so does the time up to the next test
         lasting_pads = [pads[i] for i in lasting.tolist()]
-        late = simulate_damped(lasting_pads, states, SEEN * STOP, TOLERANCE, measures)
+        late = simulate_damped(lasting_pads, states, TEST * STOP, TOLERANCE, measures)
         goes_on = np.zeros(len(lasting), dtype=bool)
         for k in np.flatnonzero(late["valid"] & (late["changes"] > 0)).tolist():
             speed = float(late["face"][k]) * LENGTH / TIME  # in m/s
@@ -123,7 +123,7 @@ def lasting(numbers: Numbers) -> str:
     on changing beside stable sliding: of B1, a slash, and of B2 ("d/a").
 
     Each model is simulated `REPEATS` times from states that are disturbed by rounding; where the
-    letters differ it has `UNDECIDED`, without stable sliding `NOT_APPLICABLE`.
+    letters differ it has `UNDECIDED`, without stable sliding `NOT_APPLICABLE`. numbers: of one set.
     """
     texts = []
     for model in MODELS:
@@ -133,10 +133,10 @@ def lasting(numbers: Numbers) -> str:
         for case in CASES:
             stable_sliding = damped_if_stable(single(stacked(numbers, model, case, CONSISTENT), 0))
             if stable_sliding is not None:
-                damped, place = stable_sliding
+                damped, q = stable_sliding
                 cases.append(case)
                 pads += [damped] * STARTS
-                starts.append(initial_states(damped, place))
+                starts.append(initial_states(damped, q))
         if not cases:
             texts.append(NOT_APPLICABLE)
             continue
@@ -163,7 +163,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("table", type=Path, metavar="TABLE", help="holds a row a set")
     parser.add_argument("file", type=Path, metavar="FILE", help="holds the cases")
     given = parser.parse_args(arguments)
-    stored = {one.number: one for one in read(given.file)} if given.file.exists() else {}
+    stored: dict[int, Lasting] = {}
+    if given.file.exists():
+        stored = {entry.number: entry for entry in read(given.file)}
     numbers = drawn()
     rows = population.read(given.table)
     valid = [i for i, row in enumerate(rows) if row.outcome == "valid"][:SETS]
@@ -171,7 +173,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if i in stored:
             continue
         stored[i] = Lasting(i, lasting(some(numbers, slice(i, i + 1))))
-        lines = [[str(entry) for entry in stored[k]] for k in sorted(stored)]
+        lines = [[str(k), stored[k].cases] for k in sorted(stored)]
         write_lines(given.file, Lasting._fields, lines)
         print(f"set {i}: {stored[i].cases}", flush=True)
     return 0

@@ -70,7 +70,7 @@ LOADINGS = (0.02, 0.5, 1.2, 2.0)  # contact load of a release over that of the e
 ALIKE = {"lost": 0.05, "apart": 0.06}  # differences of line and two points that count as none
 LEVEL = 1e-9  # differences of shares of time below this are none
 BLOCK = 40  # sets at once
-FINE = 16  # places in each step at which the edges beside springs are looked at
+FINE = 16  # samples in each step at which the gaps of the edges are computed, beside the springs
 
 INDEPENDENT = tuple(claim for claim in CLAIMS if claim.informative)
 YES = "y"
@@ -155,21 +155,21 @@ def some(numbers: Numbers, which: Any) -> dict[str, np.ndarray]:
 
 
 class Motions(NamedTuple):
-    """Motions of n sets: measured arrays, and where in them each repeat, case and set stands
-    (repeats, cases, n), -1 for one that has no start."""
+    """Motions of n sets: measured arrays, and the row in them of each repeat, case and set
+    (repeats, cases, n), -1 for a motion that has no start."""
 
     arrays: Arrays
     row: np.ndarray
 
     def done(self, repeat: int, case: int, index: int) -> bool:
-        """Whether a motion went to its end."""
-        at = self.row[repeat, case, index]
-        return at >= 0 and self.arrays["valid"][at]
+        """Whether the motion of a repeat, a case and a set, by their indices, went to its end."""
+        row = self.row[repeat, case, index]
+        return row >= 0 and self.arrays["valid"][row]
 
     def case(self, repeat: int, case: int, index: int) -> Case | None:
         """The measures of a motion; None where it did not go to its end."""
-        at = int(self.row[repeat, case, index])
-        return case_of(self.arrays, at, 1.0) if self.done(repeat, case, index) else None
+        row = int(self.row[repeat, case, index])
+        return case_of(self.arrays, row, 1.0) if self.done(repeat, case, index) else None
 
 
 def disturbed(states: np.ndarray, repeat: int) -> np.ndarray:
@@ -205,8 +205,8 @@ def edge_shares(segment: Segment, units: Units) -> Arrays:
     """
     grid = Grid(segment, FINE)
     gaps = np.array(edge_gaps(grid.c, pose(np, grid.c.place(grid.states))))
-    touching = gaps <= 0.0
-    weights = grid.weights[:, None] * grid.steps.h
+    touching = gaps <= 0.0  # (edge, sample, step)
+    weights = grid.weights[:, None] * grid.steps.h  # the time that each sample stands for
     n = len(segment.t0)
     spent = np.zeros((n, len(STATES)))
     some_spring_touches = np.asarray(grid.steps.on.any(axis=0))  # in each step
@@ -242,27 +242,27 @@ def assessed_equilibria(stack: PadModel) -> list[AssessedEquilibrium | None]:
     n = mu.size
     statics = Statics.of(stack.replace(mu=np.zeros(n)))
     branches = follow(statics, frictionless_equilibria(statics, n), mu)
-    places = branches.at(np.arange(n), mu)
-    found: list[AssessedEquilibrium | None] = []
+    points = branches.at(np.arange(n), mu)  # of the branches, at the friction of each pad
+    assessed: list[AssessedEquilibrium | None] = []
     for i in range(n):
-        reached = branches.end[i] == BranchEnd.REACHED and places.exists[i]
-        state = State(*places.touching[:, i].tolist())
-        found.append(_assessed(single(stack, i), places.z[:, i], state) if reached else None)
-    return found
+        equilibrium = None
+        if branches.end[i] == BranchEnd.REACHED and points.exists[i]:
+            state = State(*points.touching[:, i].tolist())
+            equilibrium = _assessed(single(stack, i), points.z[:, i], state)
+        assessed.append(equilibrium)
+    return assessed
 
 
 def _assessed(model: PadModel, z: np.ndarray, state: State) -> AssessedEquilibrium | None:
-    """The equilibrium of a pad at a place z (4,) of its branch; None beyond the model's limits."""
+    """The equilibrium of a pad at a point z (4,) of its branch; None beyond the model's limits."""
     try:
-        found = record(Statics.of(model.replace(mu=0.0)), z, state, on_branch=True)
+        equilibrium = record(Statics.of(model.replace(mu=0.0)), z, state, on_branch=True)
     except ComputationError:
         return None
-    if found is None or not found.admissible:
+    if equilibrium is None or not equilibrium.admissible:
         return None
-    matrices = at_equilibrium(model, found)
-    return AssessedEquilibrium(
-        found, model.state_at(np.array(found.q)), verdict(*matrices) == "flutter"
-    )
+    flutters = verdict(*at_equilibrium(model, equilibrium)) == "flutter"
+    return AssessedEquilibrium(equilibrium, model.state_at(np.array(equilibrium.q)), flutters)
 
 
 def heights_of_load(
@@ -320,7 +320,7 @@ class Computed(NamedTuple):
 
 
 def computed(numbers: Numbers) -> Computed:
-    """All motions and equilibria of some sets."""
+    """Compute all motions and equilibria of some sets, see `Computed`."""
     n = len(numbers["h"])
     stacks: dict[str, list[PadModel]] = {}
     equilibria: EquilibriaByModel = {}
@@ -337,11 +337,12 @@ def computed(numbers: Numbers) -> Computed:
         locked[model] = motions(not_turning, states, ONCE_MORE)
         loads[model] = []
         for load in LOADINGS:
-            releases = []
+            releases = []  # first states (n, 6) of each case
             for pads, of_case in zip(of_model, equilibria[model], strict=True):
                 heights = heights_of_load(pads, of_case, load)
                 releases.append(released(pads, of_case, heights))
             loads[model].append(motions(of_model, np.array(releases), ONCE_MORE))
+    # the pads of the line on two springs that have its stiffness together
     springs = [PadModel("BN", stack.pad, Formulation(springs=2)) for stack in stacks["B2"]]
     states = np.array([starts(numbers, stack) for stack in stacks["B2"]])
     two_springs = motions(springs, states, ONCE_MORE, edge_shares)
@@ -389,7 +390,11 @@ def _mean_shares(
 ) -> dict[str, float]:
     """Mean shares lost1, lost2, apart1, apart2, of points (1) and line (2), over the cases in which
     both models have an equilibrium; empty without such a case, or where a motion did not go to its
-    end."""
+    end.
+
+    lost: shares of time in which an edge is separated that touches in the equilibrium; apart: in
+    which any edge is separated. runs: by model; index: of the set.
+    """
     points, line = (found.equilibria[model] for model in MODELS)
     with_equilibria = [k for k in range(len(CASES)) if points[k][index] and line[k][index]]
     means: dict[str, float] = {}
@@ -410,6 +415,7 @@ def _means_of_two_springs(found: Computed, repeat: int, index: int) -> dict[str,
     """Mean shares two_lost and two_apart of the line's pads on two springs, over the cases in which
     both models have an equilibrium; empty without such a case, or where a motion did not go to its
     end."""
+    # of each case, see `_mean_shares`
     lost = []
     apart = []
     for k in range(len(CASES)):
@@ -482,9 +488,10 @@ def _verdicts_when_locked(
     found: Computed, points: Sequence[Case], line: Sequence[Case], repeat: int, index: int
 ) -> dict[str, str]:
     """Verdicts on the motions with rotation locked, of a set whose free motions are `points` and
-    `line`."""
+    `line`, a measured case each."""
     verdicts = {}
     line_locked = _locked(found, "B2", repeat, index)
+    # letters of the cases in which the line separates, with free and with locked rotation
     separates = {*_letters(map(_separated, line))}
     if separates and line_locked is not None:
         still_separates = {*_letters(map(_separated, line_locked))}
@@ -582,25 +589,28 @@ def _spread(repeats: Sequence[RepeatVerdicts]) -> float:
     """The greatest difference between repeats of any share of time."""
     spread = 0.0
     for key in repeats[0].shares:
-        values = [each.shares.get(key, math.nan) for each in repeats]
+        values = [repeat.shares.get(key, math.nan) for repeat in repeats]
         spread = max(spread, max(values) - min(values))
     return spread
 
 
 def row(found: Computed, index: int) -> Row:
-    """What a set says, from the verdicts of all repeats."""
+    """The row of the table for the set `index`, from the verdicts of all repeats.
+
+    What the repeats do not agree on is undecided.
+    """
     if any((found.first[model].row[0, :, index] < 0).any() for model in MODELS):
-        return Row("start")
+        return Row("start")  # in some case there is no initial state
     repeats = []
-    for repeat in range(REPEATS):
-        answer = verdicts_of_repeat(found, repeat, index)
-        if answer is None:
-            return Row("left")
-        repeats.append(answer)
+    for k in range(REPEATS):
+        verdicts = verdicts_of_repeat(found, k, index)
+        if verdicts is None:
+            return Row("left")  # a motion left the model
+        repeats.append(verdicts)
     fastest = _fastest_face(found, index)
     first = repeats[0]  # of the undisturbed motions
-    undecided = []
-    for answers in zip(*(each.satisfied for each in repeats), strict=True):
+    undecided = []  # of each independent claim
+    for answers in zip(*(repeat.satisfied for repeat in repeats), strict=True):
         undecided.append(len(set(answers)) > 1)
 
     def share(key: str) -> str:
@@ -611,15 +621,15 @@ def row(found: Computed, index: int) -> Row:
     without = []
     for model in MODELS:
         of_cases = [found.equilibria[model][k][index] for k in range(len(CASES))]
-        flutters.append(_letters(one is not None and one.flutters for one in of_cases))
-        without.append(_letters(one is None for one in of_cases))
+        flutters.append(_letters(e is not None and e.flutters for e in of_cases))
+        without.append(_letters(e is None for e in of_cases))
     return Row(
         outcome="valid" if fastest < SPEED else "outran",
         speed=f"{fastest:.3g}",
         satisfied=_bits(first.satisfied),
         undecided=_bits(undecided),
-        hammers=_agreed([each.hammers for each in repeats]),
-        separates=_agreed([each.separates for each in repeats]),
+        hammers=_agreed([repeat.hammers for repeat in repeats]),
+        separates=_agreed([repeat.separates for repeat in repeats]),
         flutters="/".join(flutters),
         without="/".join(without),
         lost1=share("lost1"),
@@ -630,7 +640,7 @@ def row(found: Computed, index: int) -> Row:
         two_apart=share("two_apart"),
         # rounded up; a difference below 0.05 per mille counts as none
         spread=str(math.ceil(1000.0 * _spread(repeats) - 0.05)),
-        verdicts="".join(_agreed([each.verdicts[name] for each in repeats]) for name in VERDICTS),
+        verdicts="".join(_agreed([r.verdicts[name] for r in repeats]) for name in VERDICTS),
     )
 
 
@@ -672,7 +682,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         end = min(len(stored) + BLOCK, given.sets)
         stored += rows(some(numbers, slice(len(stored), end)))
         write_lines(given.file, Row._fields, stored)
-        valid = sum(one.outcome == "valid" for one in stored)
+        valid = sum(row.outcome == "valid" for row in stored)
         print(f"{len(stored)} sets, {valid} valid", flush=True)
     return 0
 

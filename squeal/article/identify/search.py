@@ -71,12 +71,13 @@ def allowed(n: Numbers) -> np.ndarray:
 
     In (b) the springs change places: k2 (y + theta) = R - F_n, and the first term changes its sign.
     In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2; the
-    bound of (d) is the lesser one.
+    bound of (d) is the lesser one. Units are w = m = k1 = 1, and depths are over F_n.
     """
     friction = 6.0 * n["mu"] * n["h"]  # f
     k2 = n["k2"]
     k_c = n["k_c"]
     depth = n["preload"] / k_c + n["lift"]
+    # reactions over F_n, positions over the half length
     reaction_a = (1.0 + 3.0 / k_c + depth) / (1.0 + (4.0 + friction) / k_c)
     reaction_b = (1.0 + (3.0 / k_c + depth) * k2) / (1.0 + (4.0 - friction) * k2 / k_c)
     position_a = 1.0 - 1.0 / reaction_a + friction / 3.0
@@ -125,20 +126,22 @@ class Start:
         return distance(table, valid, numbers)
 
     def drawn(self) -> np.ndarray:
-        """Random points, if screened those that the balances allow."""
-        saved: list[np.ndarray] = []
+        """At most `FIRST` random points (n, dimensions), if screened such as the balances allow."""
+        chunks: list[np.ndarray] = []
         for _ in range(CHUNKS):
             points = self.random.uniform(size=(DRAWN, len(DIMENSIONS)))
             if self.screened:
                 points = points[allowed(decode(points, self.dimensions))]
-            saved.append(points[:FIRST])
-            if sum(map(len, saved)) >= FIRST:
+            chunks.append(points[:FIRST])
+            if sum(map(len, chunks)) >= FIRST:
                 break
-        return np.concatenate(saved)[:FIRST]
+        return np.concatenate(chunks)[:FIRST]
 
     def near(self, middle: np.ndarray, names: Sequence[str], model: Model) -> np.ndarray:
-        """The nearest point to the statements on a model that CMA-ES reaches from `middle`, while
-        it varies the numbers with these names."""
+        """The nearest point to the statements on a model that CMA-ES reaches from a first point.
+
+        middle: that point (dimensions,); names: of the numbers that vary.
+        """
         import cma
 
         free = [NAMES.index(name) for name in names]
@@ -213,10 +216,11 @@ def search(
     number of starts. Raises InputError if the file is of another search, ComputationError without
     heyoka.
     """
-    begun = time.monotonic()
+    begin = time.monotonic()
     best = _resumed(state, seed)
     last = best.starts + starts
-    while best.starts < last and (not best.numbers or time.monotonic() - begun < seconds):
+    # some set is always found, however little time there is
+    while best.starts < last and (not best.numbers or time.monotonic() - begin < seconds):
         start = Start(formulation, [seed, best.starts], workers)
         try:
             numbers = rounded(start.result())
@@ -226,13 +230,14 @@ def search(
             tell("stopped; the best set so far follows")
             break
         table, valid = margins(arrays(numbers), formulation)
-        far = distance(table, valid, arrays(numbers)).item()
-        if far < best.distance:
-            best = replace(best, numbers=numbers, distance=far)
+        reached = distance(table, valid, arrays(numbers)).item()
+        if reached < best.distance:
+            best = replace(best, numbers=numbers, distance=reached)
         best = replace(best, starts=best.starts + 1, sets=best.sets + start.sets)
         if state is not None:
             write_text(state, to_json(best.to_dict()))
-        tell(f"start {best.starts}: distance {far:.3f}, best {best.distance:.3f}, {best.sets} sets")
+        text = f"distance {reached:.3f}, best {best.distance:.3f}, {best.sets} sets"
+        tell(f"start {best.starts}: {text}")
     return best
 
 

@@ -84,7 +84,8 @@ def decode(
 def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
     """The dimensionless pads of a model and some angles; parameters are arrays if the numbers are.
 
-    Level pads are drawn with a probability of their own: all values of `tilt` from -1 to 1.
+    angles: (alpha1, alpha2), rad. All values of `tilt` from -1 to 1 stand for a level pad, so that
+    random sets are level with a probability above 0.
     """
     law = contact_law(model)
     beyond_level = np.maximum(0.0, np.abs(n["tilt"]) - 1.0)
@@ -122,9 +123,9 @@ def starts(n: Numbers, pads: PadModel) -> np.ndarray:
     state[:, 1] = height * n["F_n"]
     standing = np.flatnonzero(n["start"] >= 0.5)
     if standing.size:
-        found = equilibria(some_pads(pads, standing), np.zeros(standing.size))
-        full_contact = (found.gaps < 0.0).all(axis=0)
-        state[standing, :3] = np.where(full_contact, found.place, math.nan).T
+        at_rest = equilibria(some_pads(pads, standing), np.zeros(standing.size))
+        full_contact = (at_rest.gaps < 0.0).all(axis=0)
+        state[standing, :3] = np.where(full_contact, at_rest.q, math.nan).T
     return state
 
 
@@ -139,7 +140,7 @@ def compression(pad: Pad) -> Number:
 
 
 def states_in_box(pad: Pad, q: np.ndarray, half_width: float, draws: np.ndarray) -> np.ndarray:
-    """States (n, 6) of a pad in a box about a place q (3,) at rest; draws (n, 6): from -1 to 1.
+    """States (n, 6) of a pad in a box about q (3,) at rest; draws (n, 6): from -1 to 1.
 
     The box reaches `half_width` static compressions to both sides in x, in y and, as the lift of an
     edge, in w theta. Velocities reach what a mass on spring 1 has that swings as far: the

@@ -33,28 +33,29 @@ def _number(value: float) -> str:
 def scene_text(
     numbers: dict[str, float], formulation: Formulation, model: Model, case: str = ""
 ) -> str:
-    """The text of the scene file of a model and a case, or of model B3, which has no case."""
+    """The text of the scene file, in SI units, of a model and a case, or of model B3, which has no
+    case."""
     n = arrays(numbers)
     linear = contact_model(model).linear
     no_angles = (0.0, 0.0)  # those of the case are written as multiples of pi below
     pad = pad_of(n, model, no_angles).scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
-    given = {name: float(np.ravel(v)[0]) for name, v in pad.given().items()}
-    about = "Fig. 13 (the map leaves alpha1, alpha2 aside)"
+    parameters = {name: float(np.ravel(v)[0]) for name, v in pad.given().items()}
+    about = ": Fig. 13 (the map leaves alpha1, alpha2 aside)"
     if case:
-        about = f"case ({case}): Fig. {HISTORY_FIGURES[stem(model, case)]}"
-    lines = [f"# Model {model}{', ' if case else ': '}{about}", f"model: {model}", "parameters:"]
+        about = f", case ({case}): Fig. {HISTORY_FIGURES[stem(model, case)]}"
+    lines = [f"# Model {model}{about}", f"model: {model}", "parameters:"]
     for name in PARAMETERS:
-        placed_at_zero = name in ("x0", "theta0") and not given.get(name)
-        unused = linear and name in ("L1", "L2", "x0")
-        if name in given and not placed_at_zero and not unused:
-            lines.append(f"  {name}: {_number(given[name])}")
-    angles = ANGLE_TEXTS[case or "c"]
-    lines += [f"  alpha1: {angles[0]}", f"  alpha2: {angles[1]}", f"  mu: {_number(given['mu'])}"]
+        is_default = name in ("x0", "theta0") and not parameters.get(name)  # 0
+        is_unused = linear and name in ("L1", "L2", "x0")
+        if name in parameters and not is_default and not is_unused:
+            lines.append(f"  {name}: {_number(parameters[name])}")
+    alpha1, alpha2 = ANGLE_TEXTS[case or "c"]
+    lines += [f"  alpha1: {alpha1}", f"  alpha2: {alpha2}", f"  mu: {_number(parameters['mu'])}"]
     if linear:
         return "\n".join(lines) + "\n"
-    lines += [f"  F_n: {_number(given['F_n'])}", f"  V: {_number(SPEED)}"]
+    lines += [f"  F_n: {_number(parameters['F_n'])}", f"  V: {_number(SPEED)}"]
     if contact_law(model).absolute_gap:
-        lines.append(f"  y0: {_number(given['y0'])}")
+        lines.append(f"  y0: {_number(parameters['y0'])}")
     # the pad starts at rest: velocities, the last three, are zero
     x, y, theta, *_ = starts(n, stacked(n, model, case, formulation))[0].tolist()
     initial = {"x": LENGTH * x, "y": LENGTH * y, "theta": theta}
@@ -74,10 +75,11 @@ def check_folder(folder: Path, overwrite: bool) -> None:
     """Refuse a folder that does not exist, or that holds scenes already. Raises InputError."""
     if not folder.is_dir():
         raise InputError(f"--scenes {folder}: is no folder; an existing folder is allowed")
-    there = [name for name in STEMS if (folder / f"{name}.yaml").exists()]
-    if there and not overwrite:
+    existing = [name for name in STEMS if (folder / f"{name}.yaml").exists()]
+    if existing and not overwrite:
         raise InputError(
-            f"--scenes {folder}: {there[0]}.yaml exists; another folder is allowed, or --overwrite"
+            f"--scenes {folder}: {existing[0]}.yaml exists; another folder is allowed, or "
+            "--overwrite"
         )
 
 
