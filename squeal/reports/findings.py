@@ -1,132 +1,38 @@
-"""What a report found of a brake, in sentences: what grows, why, and what to change."""
+"""What a report found of a brake, in sentences: what grows, why, and where stability is lost."""
 
 import math
-import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
 
-from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Panel, Table, number, picked
-from squeal.linear import GROWING, CriticalPoint, UnstableMode
-from squeal.linear.shaft import speed_words
-from squeal.model.pad import PARAMETERS
-from squeal.queries.check import Check
-from squeal.queries.critical_speeds import CriticalSpeeds
-from squeal.queries.energy import Energy
-from squeal.queries.mode_paths import Paths
+from squeal.io.writing import Column, Panel, Table, number, picked
+from squeal.linear import GROWING, UnstableMode
 from squeal.queries.ranges import DISAGREES
-from squeal.queries.remedies.changes import Change, Effect
-from squeal.queries.remedies.cures import MOST, MeetingSearch
-from squeal.queries.remedies.meetings import Cure, Meeting
-from squeal.queries.remedies.parameters import BETTER, Bound, Remedy, RemedySearch
-from squeal.queries.systems.all_roots import is_small
-from squeal.results.eigenvalues import Eigenvalues
-from squeal.results.sensitivity import Sensitivity
-from squeal.results.sources import unit_of
-from squeal.results.sweep import Sweep
-from squeal.results.thresholds import Thresholds
+from squeal.queries.remedies.meetings import Cure
+from squeal.queries.remedies.parameters import Remedy
+from squeal.reports.advice import failed_attempts, remedy_table, ways_out
+from squeal.reports.brake_answers import (
+    BrakeAnswers,
+    capitalised,
+    group_name,
+    mode_name,
+    others_text,
+    real_modes_name,
+    unstable_name,
+)
 
 ROUNDED = {"frequency_hz", "growth_rate", "damping_ratio"}  # columns of the page in four digits
 GROWS = 1e-3  # of its frequency: growth of a mode that is looked for at a crossing
-NAMED = 3  # modes or parameters in a sentence
+NAMED = 3  # modes in a sentence
 TIMES = 3.0  # from which on a value is so many times another one, not so many % above it
-STATIONARY = (
-    " This damping must be stationary, as that of bearings: of the turning shaft it feeds forward "
-    "whirl above its critical speed."
-)
-OF_CONTACT = {"contact", "tangential"}  # parameters of an exported or joined brake
-HINT = (
-    "To see what a part can do, name its stiffness or a shim as a parameter in the system file: "
-    "docs/page.md shows how."
-)
-
-
-class _Way(NamedTuple):
-    """A way to stop all that grows.
-
-    grows_below: whether something grows with it at lower values of the parameter, which ranks it
-    last; size: by which the others are ranked, as a share of a frequency or of critical damping.
-    """
-
-    sentence: str
-    grows_below: bool
-    size: float
-
-
-class _Row(NamedTuple):
-    """A change and its effect: how much is advised, and how much is just enough, in words."""
-
-    name: str
-    advised: str
-    least: str
-    effect: Effect
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Findings(Answer):
-    """The answers that one page is made of, and its sentences.
-
-    eigenvalues: at the brake's own parameter; thresholds: up to `thresholds.high`; sensitivity: of
-    the eigenvalues; onset: sensitivity of the first loss of stability, None where several modes are
-    lost at once; check: what the matrices are, None of a scene; energy: what feeds each mode;
-    search: the changes of a parameter that stop all modes that grow; cures: the real modes behind
-    these, and what separation and damping do; bound: the value below which nothing grows; chart:
-    the eigenvalue paths, by whose start modes are numbered in all of these; subject: the scene or
-    system; critical: critical speeds where the parameter is that of a shaft.
-    """
+class Findings(BrakeAnswers):
+    """The answers that one page is made of, and its sentences."""
 
     panel = Panel("frequency_hz", "growth_rate")
-
-    name: str
-    eigenvalues: Eigenvalues
-    thresholds: Thresholds
-    sensitivity: Sensitivity
-    onset: Sensitivity | None
-    check: Check | None
-    energy: Energy
-    search: RemedySearch
-    cures: MeetingSearch
-    bound: Bound | None
-    chart: Sweep
-    subject: Any = field(repr=False)
-    critical: CriticalSpeeds | None = None
-
-    @property
-    def meetings(self) -> Mapping[int, Meeting]:
-        """The real modes behind each mode that grows, by its number."""
-        return self.cures.meetings
-
-    @property
-    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
-        """What each answer warns of, once."""
-        return tuple(dict.fromkeys((*self.eigenvalues.warnings, *self.thresholds.warnings)))
-
-    @cached_property
-    def paths(self) -> Paths:
-        """The modes of the chart, and which of them meet."""
-        return Paths(self.chart)
-
-    @property
-    def growth_outside(self) -> str:
-        """What grows outside of the band, in words; empty if nothing is known to."""
-        fastest = self.eigenvalues.details.get("fastest_outside")
-        if not fastest:
-            return ""
-        grows = "grows"
-        searched = ""
-        if self._is_of_band_alone():  # what a search met on its way; others may grow faster
-            searched = ", not searched"
-            grows = "was seen to grow"
-        hertz = number(fastest["frequency_hz"], 4)
-        rate = number(fastest["growth_rate"], 4)
-        return f"outside of {self.eigenvalues.extent}{searched}, {hertz} Hz {grows} by {rate} 1/s"
-
-    @property
-    def remedy(self) -> Remedy | None:
-        """The best change of one parameter with which nothing grows, None if none is known."""
-        return next(iter(self.search.remedies), None)
 
     @property
     def opening(self) -> dict[str, str]:
@@ -134,63 +40,68 @@ class Findings(Answer):
         if not self.eigenvalues.unstable:
             return {"Verdict": self._without_growth()}
         lines = {"Fault": self.fault}
-        lead = self.eigenvalues.unstable[0]
-        number_of_mode = self.eigenvalues.mode_of(lead)
+        fastest = self.eigenvalues.unstable[0]
+        number_of_mode = self.eigenvalues.mode_of(fastest)
         if number_of_mode in self.energy.modes:
-            lines["Cause"] = _capitalised(self._cause(lead, number_of_mode))
+            lines["Cause"] = capitalised(self._cause(fastest, number_of_mode))
         return lines | {"Remedy": self.ways[0]}
 
     @property
     def fault(self) -> str:
         """Which mode grows fastest, at what value, how fast and from where on; what else grows."""
         spectrum = self.eigenvalues
-        lead, *others = spectrum.unstable
-        text = f"{self._name(lead)} grows by {number(lead.growth_rate, 4)} 1/s"
-        if lead.frequency_hz:
-            text += f", damping {number(100.0 * lead.damping_ratio, 3)} %"
+        fastest, *others = spectrum.unstable
+        text = f"{unstable_name(self, fastest)} grows by {number(fastest.growth_rate, 4)} 1/s"
+        if fastest.frequency_hz:
+            text += f", damping {number(100.0 * fastest.damping_ratio, 3)} %"
         if spectrum.depends:
             text += f", at {self.at(spectrum.value)}"
-        if lead.onset is not None:
-            text += f"; it grows from {self.at(lead.onset)} on"
+        if fastest.onset is not None:
+            text += f"; it grows from {self.at(fastest.onset)} on"
         sentences = [text]
         if others:
+            named = others[: NAMED - 1]
             names = []
-            for mode in others[: NAMED - 1]:
-                names.append(f"{self._name(mode)} by {number(mode.growth_rate, 3)} 1/s")
-            unnamed = len(others) - len(names)
-            more = f", {_others(unnamed)}" * bool(unnamed)
+            for mode in named:
+                names.append(f"{unstable_name(self, mode)} by {number(mode.growth_rate, 3)} 1/s")
+            if len(others) > len(named):
+                names.append(others_text(len(others) - len(named)))
             grows = "mode grows" if len(others) == 1 else "modes grow"
-            sentences.append(f"{len(others)} more {grows}: {', '.join(names)}{more}")
+            sentences.append(f"{len(others)} more {grows}: {', '.join(names)}")
         outside = self.growth_outside
-        fastest = spectrum.details.get("fastest_outside") or {}
-        if fastest.get("growth_rate", 0.0) > lead.growth_rate:
-            outside += ", faster than all inside"
-        sentences.append(outside)
-        return f"{'. '.join(map(_capitalised, filter(None, sentences)))}."
+        if outside:
+            rate_outside = spectrum.details["fastest_outside"]["growth_rate"]
+            if rate_outside > fastest.growth_rate:
+                outside += ", faster than all inside"
+            sentences.append(outside)
+        return f"{'. '.join(map(capitalised, sentences))}."
 
     def _cause(self, mode: UnstableMode, number_of_mode: int) -> str:
         """Which modes meet and where, or that none does, and which terms feed a mode."""
+        # the sentence reads "mode 2, 1000 Hz: what feeds and damps the mode; in all 5 1/s"
         _, _, balance = self.energy.sentence(number_of_mode).partition(": ")
-        balance = balance.partition("; in all")[0]
+        balance, _, _ = balance.partition("; in all")
         balance = balance.replace("circulatory", "cross-coupled (skew-symmetric) stiffness")
         # a mode alone, or with the one that it meets; empty where the chart does not have the mode
         group = self.paths.group_of(number_of_mode)
-        words = ""
+        text = ""
         if len(group) == 2:
-            start = max(self.paths.at[one][0] for one in group)
+            start = max(self.paths.at[member][0] for member in group)  # where both paths exist
             hertz = []
-            for one in group:
-                root = self.paths.root_at(one, start) or 0j
+            for member in group:
+                root = self.paths.root_at(member, start) or 0j
                 hertz.append(number(root.imag / math.tau, 4))
-            words = f"{_numbers(group)} ({' and '.join(hertz)} Hz at {self.at(start)}) "
+            text = f"{group_name(group)} ({' and '.join(hertz)} Hz at {self.at(start)}) "
             meeting = self.paths.meeting(group)
-            words += "come together" if meeting is None else f"meet near {self.at(meeting)}"
-            words += " and feed each other: "
+            text += "come together" if meeting is None else f"meet near {self.at(meeting)}"
+            text += " and feed each other: "
         elif group:
             whirl = self.whirl(self.eigenvalues.value, mode.root)
-            words = f"{whirl} whirl, " * bool(whirl) + "no other mode meets it: "
-        text = f"{words}{balance}."
-        real = self._real_modes(mode)
+            if whirl:
+                text = f"{whirl} whirl, "
+            text += "no other mode meets it: "
+        text += f"{balance}."
+        real = real_modes_name(self, mode)
         if len(group) == 2 and real and self.cures.treatments:
             text += f" Separation and damping refer to {real}, without friction and damping."
         place = self.energy.place(number_of_mode)
@@ -199,324 +110,52 @@ class Findings(Answer):
         return text
 
     @property
+    def ways(self) -> list[str]:
+        """The sentences of `advice`, one for each way to stop all that grows, the best first."""
+        if not self.eigenvalues.unstable:
+            return [self._without_growth()]
+        return ways_out(self)
+
+    @property
     def advice(self) -> str:
         """What to change, each way alone enough; or how far a stable brake is from its loss."""
         return " ".join(self.ways)
 
     @property
-    def ways(self) -> list[str]:
-        """The sentences of `advice`, one for each way to stop all that grows, the best first."""
-        if not self.eigenvalues.unstable:
-            return [self._without_growth()]
-        ways = [*self._changes_in_words(), *self._bound()]
-        for cure, effect in self.cures.treatments.items():
-            ways.append(_Way(self._measure(cure), effect.leaves_window, self._share(cure)))
-        if not ways:
-            return ["No way out is known to this page."]
-        ways.sort(key=lambda way: (way.grows_below, way.size))
-        best, *others = (way.sentence for way in ways)
-        return [self._with_aim(best), *(f"Or {way[0].lower()}{way[1:]}" for way in others)]
-
-    def _changes_in_words(self) -> Iterator[_Way]:
-        """The best change of one parameter, and the one after which stability is lost last if that
-        is much later."""
-        best = self.remedy
-        if best is None:
-            return
-        latest = max(self.search.remedies, key=lambda remedy: remedy.limit)
-        changes = [best]
-        if latest.limit > BETTER * best.limit:
-            changes.append(latest)
-        # small changes stand before separation and damping, large ones behind them; the best one is
-        # large only if no small one stops all, so that both are alike
-        size = -1.0 if best.is_small else MOST
-        for remedy in changes:
-            sentence = remedy.sentence(self._meaning(remedy.change.parameter))
-            yield _Way(sentence, remedy.leaves_window, size)
-
-    def _with_aim(self, sentence: str) -> str:
-        """The sentence of the best way with what it is for: how many modes, and of which band."""
-        count = len(self.eigenvalues.unstable)
-        aims = []
-        if self.growth_outside or self._is_of_band_alone():
-            aims.append(f"for {self.eigenvalues.extent} alone")
-        if count > 1:
-            aims.append("to stop both" if count == 2 else f"to stop all {count}")
-        if self.growth_outside:
-            hertz = number(self.eigenvalues.details["fastest_outside"]["frequency_hz"], 4)
-            sentence += f" It is not meant for {hertz} Hz outside, and may not reach it."
-        if not aims:
-            return sentence
-        return _capitalised(f"{', '.join(aims)}: {sentence[0].lower()}{sentence[1:]}")
-
-    def _meaning(self, parameter: str) -> str:
-        """What a parameter is, in brackets; empty where that is not known."""
-        if isinstance(self.subject, Scene):
-            words = PARAMETERS[parameter].meaning.split(" (")[0]
-            return f" ({words})"
-        terms = []
-        for row in self.energy.contributions:
-            file, _, factor = row.term.rpartition(", ")
-            if re.search(rf"\b{re.escape(parameter)}\b", factor):
-                terms.append(f"{file}, {row.role}" if file else row.role)
-        return f" (factor of {' and '.join(dict.fromkeys(terms))})" if terms else ""
-
-    def _without_growth(self) -> str:
-        """Where nothing grows, how sure that is, and where stability is lost."""
-        spectrum = self.eigenvalues
-        is_sure = spectrum.certified and (spectrum.verdict is not None or bool(spectrum.extent))
-        words = "Nothing that grows was found"
-        if is_sure:
-            words = "Nothing grows" if spectrum.verdict == "marginal" else "Stable"
-            if spectrum.limit_hz is not None:
-                words = "On the limit of flutter"
-        if spectrum.extent:
-            words += f" from {spectrum.extent}"
-        if spectrum.depends:
-            words += f" at {self.at(spectrum.value)}"
-        words = f"{words}. {self.loss}"
-        vibrating = [pair for pair in spectrum.of_modes if pair[1].value.imag > 0.0]
-        if vibrating and spectrum.verdict != "marginal":
-            mode, root = min(vibrating, key=lambda pair: pair[1].damping_ratio)
-            ratio = number(100.0 * root.damping_ratio, 3)
-            words += f" Damped least is {_name(mode, root.frequency_hz)}: {ratio} %."
-        if self.growth_outside:
-            words += f" But {self.growth_outside}."
-        elif self._is_of_band_alone():
-            words += " Nothing outside of the band was looked at."
-        return words
-
-    def _is_of_band_alone(self) -> bool:
-        """Whether nothing was looked at outside of a band; of small systems all roots are known."""
-        if not self.eigenvalues.extent:
-            return False
-        return not is_small(getattr(self.subject, "system", self.subject))
-
-    def _share(self, cure: Cure) -> float:
-        """The largest share of the upper frequency, or of critical damping, of a cure."""
-        return max(meeting.advised[cure] / meeting.unit(cure) for meeting in self.meetings.values())
-
-    def _measure(self, cure: Cure) -> str:
-        """How much further apart, or more damped, the real modes behind each growing one shall be,
-        what that does and what it costs."""
-        words: list[str] = []
-        percents: list[float] = []
-        for mode, meeting in self._treated(cure):
-            amount = meeting.advised[cure]
-            percent = 100.0 * amount / meeting.unit(cure)
-            percents.append(percent)
-            if cure is Cure.APART:
-                text = f"{self._pair(mode)} by raising the upper one by {number(amount, 3)} Hz, "
-                words.append(f"{text}{number(percent, 2)} % of its frequency")
-            else:
-                both = "both " * (len(meeting.omega) == 2)
-                words.append(f"of {both}{self._pair(mode)} by {number(percent, 3)} %")
-        more = len(words) - NAMED
-        if more > 0:  # words for all but the first `NAMED` modes together
-            largest = number(max(percents[NAMED:]), 3)
-            words[NAMED:] = [f"those of {_others(more)} by up to {largest} %"]
-        effect = self.cures.treatments[cure].words()
-        if cure is Cure.APART:
-            return f"Move further apart {'; '.join(words)}: {effect}."
-        words[0] += " of critical damping"
-        whirl = self.whirl(self.eigenvalues.value, self.eigenvalues.unstable[0].root)
-        text = f"Raise the damping {', '.join(words)}: {effect}{self._of_one_alone()}."
-        return f"{text}{STATIONARY * bool(whirl)}"
-
-    def _treated(self, cure: Cure) -> Iterator[tuple[UnstableMode, Meeting]]:
-        """The growing modes that a cure is of; those of other modes stop the rest too."""
-        for mode in self.eigenvalues.unstable:
-            meeting = self.meeting_of(mode)
-            if meeting is not None and meeting.advised[cure]:
-                yield mode, meeting
-
-    def _of_one_alone(self) -> str:
-        """How much damping one mode of each pair needs alone; empty of modes that grow alone."""
-        meetings = self.meetings.values()
-        if not all(meeting.is_pair for meeting in meetings):
-            return ""
-        sides = set()
-        needed = 0.0
-        for meeting in meetings:
-            side = meeting.alone
-            if side is None:
-                return "; of one of both alone no amount is known to be enough"
-            sides.add(side)
-            needed = max(needed, meeting.advised[side])
-        which = "one of both"
-        if len(sides) == 1:
-            which = "the upper one" if Cure.UPPER in sides else "the lower one"
-        return f"; of {which} alone it takes up to {number(100.0 * needed, 3)} %"
-
-    def _bound(self) -> Iterator[_Way]:
-        """Below which value of the parameter nothing grows, if that is known."""
-        bound = self.bound
-        if bound is None:
-            return
-        spectrum = self.eigenvalues
-        unit = unit_of(self.thresholds.source)
-        text = f"Keep {spectrum.parameter} below {bound.below}"
-        text += speed_words(float(bound.below), unit)
-        if bound.reservations:
-            text += f" ({', '.join(bound.reservations)})"
-        less = number(abs(bound.change.count), 3)
-        text += f", {less} % less than {number(spectrum.value, 4)}"
-        if spectrum.parameter == "mu":
-            more = number(100.0 * (spectrum.value / float(bound.below) - 1.0), 3)
-            text += f": as much less friction force, or {more} % more normal force for the same"
-        yield _Way(f"{text}.", False, math.inf)
-
-    def meeting_of(self, mode: UnstableMode) -> Meeting | None:
-        """The two real modes behind a growing one, None where they are not known.
-
-        Examples
-        --------
-        >>> import squeal
-        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
-        >>> report = squeal.report(squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}))
-        >>> [round(hertz, 3) for hertz in report.meeting_of(report.eigenvalues.unstable[0]).hertz]
-        [0.159, 0.276]
-        """
-        return self.meetings.get(self.eigenvalues.mode_of(mode) or 0)
-
-    def _real_modes(self, mode: UnstableMode) -> str:
-        """The real modes behind a growing one by their frequencies; empty where these are the modes
-        of the chart that meet, or where none is known."""
-        meeting = self.meeting_of(mode)
-        are_several_of_one_frequency = meeting is not None and len(meeting.omega) > 2
-        if meeting is None or (meeting.is_of_chart and not are_several_of_one_frequency):
-            return ""
-        hertz = dict.fromkeys(number(frequency, 4) for frequency in meeting.hertz)
-        modes = "the real mode" if len(meeting.omega) == 1 else "real modes"
-        if are_several_of_one_frequency:
-            modes = "all real modes"
-        return f"{modes} at {' and '.join(hertz)} Hz"
-
-    def _pair(self, mode: UnstableMode) -> str:
-        """The modes behind a growing one by the frequencies of real modes, by their numbers where
-        these are modes of the chart; of one that grows alone its name."""
-        group = self.paths.group_of(self.eigenvalues.mode_of(mode))
-        real = self._real_modes(mode)
-        if real:
-            return real
-        if len(group) == 2:
-            return f"{_numbers(group)} ({number(mode.frequency_hz, 4)} Hz)"
-        return self._name(mode)
-
-    def _name(self, mode: UnstableMode) -> str:
-        """A mode that grows by its number and frequency."""
-        return _name(self.eigenvalues.mode_of(mode), mode.frequency_hz)
-
-    @property
     def hints(self) -> list[str]:
         """What was tried and does not help, and how to name other parameters."""
-        if not self.eigenvalues.unstable:
-            return []
-        lines = []
-        tried = {Cure.APART: "moving their real modes further apart", Cure.BOTH: "damping them"}
-        failed = []
-        for cure, words in tried.items():
-            if self.meetings and cure not in self.cures.treatments:
-                failed.append(words)
-        if failed:
-            lines.append(
-                f"Not known to stop all modes, up to {100 * MOST:g} %: {' or '.join(failed)}."
-            )
-        if self.remedy is not None:
-            return lines
-        idle = self.search.without_effect
-        if idle:
-            words = "by up to a factor of 4 takes less than a tenth of the growth"
-            lines.append(f"Changing {' or '.join(idle)} {words}.")
-        if {*idle, *(one.change.parameter for one in self.search.partial)} <= OF_CONTACT:
-            lines.append(HINT)
-        return lines
+        return failed_attempts(self) if self.eigenvalues.unstable else []
 
     @property
     def remedies(self) -> Table:
         """What to change: how much, what it costs, what it leaves and where stability is lost."""
+        return remedy_table(self)
+
+    def _without_growth(self) -> str:
+        """Where nothing grows, how sure that is, and where stability is lost."""
         spectrum = self.eigenvalues
-        unit = unit_of(self.thresholds.source)
-
-        def growth_left(row: _Row) -> str:
-            if not isinstance(row.effect, Remedy):
-                return "none"
-            for mode in row.effect.computed.unstable[:1]:
-                nearest = abs(spectrum.values - mode.root).argmin()
-                name = _name(int(spectrum.modes[nearest]), mode.frequency_hz)
-                return f"{number(mode.growth_rate, 3)} 1/s of {name}"
-            return "none"
-
-        def amount(row: _Row) -> str:
-            return f"({row.advised})" if row.effect.leaves_window else row.advised
-
-        def next_loss(row: _Row) -> str:
-            loss = row.effect.loss
-            if loss is None:
-                return "-"
-            if loss.value is None:
-                return f"none up to {number(loss.high, 4)}"
-            words = loss.words(spectrum.parameter, unit)
-            return words.removeprefix("up to ").replace(", then", ":")
-
-        rows = list(self._rows())
-        at_value = f"at {spectrum.parameter} = {number(spectrum.value, 4)}"
-        columns = [
-            Column("change", shown=lambda row: row.name),
-            Column("amount", shown=amount),
-            Column("least", shown=lambda row: row.least, words=f"just stops {at_value}"),
-            Column("growth_left", shown=growth_left, words="growth left"),
-            Column(
-                "in_hand",
-                shown=lambda row: row.effect.in_hand,
-                words=f"{spectrum.parameter} in hand, %",
-            ),
-            Column(
-                "damping_left",
-                shown=lambda row: _cell(100.0 * row.effect.damping_left),
-                words="least damping, %",
-            ),
-            Column(
-                "shift",
-                shown=lambda row: _cell(row.effect.shift_hz),
-                words="frequencies move by, Hz",
-            ),
-            Column("next_loss", shown=next_loss, words="next loss"),
-        ]
-        if not self.search.partial:
-            del columns[3]  # growth_left, since nothing that grows is left
-        title = "what to change, of parameters the best first; degrees count as %"
+        # of the roots of a band only growth is a verdict
+        has_verdict = spectrum.verdict is not None or bool(spectrum.extent)
+        text = "Nothing that grows was found"
+        if spectrum.certified and has_verdict:
+            text = "Nothing grows" if spectrum.verdict == "marginal" else "Stable"
+            if spectrum.limit_hz is not None:
+                text = "On the limit of flutter"
+        if spectrum.extent:
+            text += f" from {spectrum.extent}"
         if spectrum.depends:
-            title += f"; amounts leave 10 % of {spectrum.parameter} in hand where they can"
-        extents = [row.effect.loss.extent for row in rows if row.effect.loss is not None]
-        if any(extents):
-            title += f"; in hand and next loss: of {next(filter(None, extents))} alone"
-        if any(row.effect.leaves_window for row in rows):
-            title += f"; in brackets: something grows at a lower {spectrum.parameter}"
-        return Table(columns, rows, title)
-
-    def _rows(self) -> Iterator[_Row]:
-        """The changes of one parameter, then separation and damping, and the free parameter."""
-        for remedy in self.search.remedies or self.search.partial:
-            name = f"{remedy.change.parameter}{self._meaning(remedy.change.parameter)}"
-            # a partial one just stops nothing
-            least = remedy.change.size if self.search.remedies else "-"
-            yield _Row(name, _in_words(remedy.advised), least, remedy)
-        for cure, effect in self.cures.treatments.items():
-            pairs = []
-            enough = []
-            advised = []
-            for mode, meeting in self._treated(cure):
-                pairs.append(self._pair(mode))
-                enough.append(_amount(cure, meeting.cures[cure]))
-                advised.append(_amount(cure, meeting.advised[cure]))
-            cure_name = "separation" if cure is Cure.APART else "damping"
-            name = f"{cure_name} of {'; '.join(pairs)}"
-            yield _Row(name, "; ".join(advised), "; ".join(enough), effect)
-        bound = self.bound
-        if bound is not None:
-            parameter = bound.change.parameter
-            yield _Row(parameter, _in_words(bound.take), bound.change.size, bound)
+            text += f" at {self.at(spectrum.value)}"
+        text += f". {self.loss}"
+        vibrating = [pair for pair in spectrum.of_modes if pair[1].value.imag > 0.0]
+        if vibrating and spectrum.verdict != "marginal":
+            mode, root = min(vibrating, key=lambda pair: pair[1].damping_ratio)
+            ratio = number(100.0 * root.damping_ratio, 3)
+            text += f" Damped least is {mode_name(mode, root.frequency_hz)}: {ratio} %."
+        if self.growth_outside:
+            text += f" But {self.growth_outside}."
+        elif self.is_of_band_alone:
+            text += " Nothing outside of the band was looked at."
+        return text
 
     @property
     def growing(self) -> Table:
@@ -544,38 +183,6 @@ class Findings(Answer):
                 columns.append(column)
         return replace(table, columns=columns)
 
-    def at(self, value: float) -> str:
-        """A value of the parameter, with the unit where it is a speed.
-
-        Examples
-        --------
-        >>> import squeal
-        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
-        >>> squeal.report(squeal.System([[1, 0], [0, 1]], K=K)).at(0.5)
-        'mu = 0.5'
-        """
-        end = speed_words(value, unit_of(self.thresholds.source))
-        return f"{self.thresholds.parameter} = {number(value, 4)}{end}"
-
-    def whirl(self, speed: float, root: complex) -> str:
-        """The direction of a mode of a rotor at a speed, such as forward; empty where unknown.
-
-        Examples
-        --------
-        >>> import squeal
-        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
-        >>> squeal.report(squeal.System([[1, 0], [0, 1]], K=K)).whirl(0.5, 1j)  # of no rotor
-        ''
-        """
-        if self.critical is None:
-            return ""
-        return self.critical.diagram.direction(speed, root) or ""
-
-    def _lost(self, first: CriticalPoint) -> str:
-        """What happens at the first loss: of a rotor the whirl that begins to grow."""
-        whirl = self.whirl(first.mu, complex(0.0, math.tau * (first.frequency_hz or 0.0)))
-        return f"{whirl} whirl begins to grow" if whirl else first.kind
-
     @property
     def loss(self) -> str:
         """The first loss of stability, and how far the present value is from it."""
@@ -591,7 +198,11 @@ class Findings(Answer):
             if self.thresholds.low:
                 where += f" from {self.at(self.thresholds.low)}"
             return f"No loss of stability{where} up to {self.at(self.thresholds.high)}."
-        line = f"Stability is first lost{where} at {self.at(first.mu)}: {self._lost(first)}"
+        what = first.kind
+        whirl = self.whirl(first.mu, 1j * math.tau * (first.frequency_hz or 0.0))
+        if whirl:  # of a rotor
+            what = f"{whirl} whirl begins to grow"
+        line = f"Stability is first lost{where} at {self.at(first.mu)}: {what}"
         if first.frequency_hz:
             line += f" at {number(first.frequency_hz, 4)} Hz"
         if first.mu <= 0.0 or value <= 0.0:  # shares of these say nothing
@@ -631,19 +242,21 @@ class Findings(Answer):
     def to_dict(self) -> dict[str, Any]:
         remedies = [_remedy_entry(remedy) for remedy in self.search.remedies]
         meetings = []
-        alone = [cure.name.lower() for cure in self.cures.with_window]
+        # the kinds of cure that stop growth at the present value alone, not at all lower ones
+        at_value_alone = [cure.name.lower() for cure in self.cures.with_window]
         for mode, meeting in self.meetings.items():
             entry: dict[str, Any] = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
-            entry["at_value_alone"] = alone
+            entry["at_value_alone"] = at_value_alone
             entry["just_enough"] = {}
             for cure in Cure:
-                entry[cure.name.lower()] = meeting.advised.get(cure)
-                entry["just_enough"][cure.name.lower()] = meeting.cures.get(cure)
+                key = cure.name.lower()
+                entry[key] = meeting.advised.get(cure)
+                entry["just_enough"][key] = meeting.cures.get(cure)
             meetings.append(entry)
-        of_thresholds = self.thresholds.to_dict()
+        thresholds = self.thresholds.to_dict()
         critical = self.critical and self.critical.table().records()
-        # each row has a `mode`, counted at its own value; the number in the chart is added
-        for row in of_thresholds["crossings"]:
+        # a row has the number of its mode at its own value; that in the chart is added
+        for row in thresholds["crossings"]:
             # i omega with a little growth: of two modes that have just met, that which grows is the
             # nearer one
             root = complex(GROWS, 1.0) * math.tau * (row["frequency_hz"] or 0.0)
@@ -661,32 +274,12 @@ class Findings(Answer):
             "meetings": meetings,
             **self.energy.to_dict(),
             "eigenvalues": self.eigenvalues.to_dict(),
-            "thresholds": of_thresholds,
+            "thresholds": thresholds,
             **self.sensitivity.to_dict(),
             "onset_sensitivity": self.onset and self.onset.to_dict()["sensitivity"],
             "check": self.check and self.check.to_dict(),
             "critical_speeds": critical,
         }
-
-
-def _amount(cure: Cure, amount: float) -> str:
-    """An amount of a cure in a cell."""
-    if cure is Cure.APART:
-        return f"{number(amount, 3)} Hz"
-    return f"{number(100.0 * amount, 3)} %"
-
-
-def _in_words(change: Change) -> str:
-    """A change of a parameter in a cell."""
-    return f"{change.verb} by {change.size}, {change.values}"
-
-
-def _name(number_of_mode: int | None, frequency_hz: float) -> str:
-    """A mode by its number, None where it has none, and its frequency."""
-    hertz = f"{number(frequency_hz, 4)} Hz"
-    if number_of_mode is None:
-        return f"the mode at {hertz}"
-    return f"mode {number_of_mode} ({hertz})"
 
 
 def _in_four(column: Column, row: object) -> str:
@@ -695,31 +288,10 @@ def _in_four(column: Column, row: object) -> str:
     return "-" if value is None else number(100.0 * value if column.percent else value, 4)
 
 
-def _others(count: int) -> str:
-    """So many others, in words."""
-    return "1 other" if count == 1 else f"{count} others"
-
-
-def _capitalised(text: str) -> str:
-    """A text that begins with a capital."""
-    return text[:1].upper() + text[1:]
-
-
-def _numbers(group: Sequence[int]) -> str:
-    """Two modes by their numbers."""
-    lower, upper = sorted(group)
-    return f"modes {lower} and {upper}"
-
-
-def _cell(value: float) -> str:
-    """A number in a cell, a dash for NaN."""
-    return "-" if math.isnan(value) else number(value, 3)
-
-
 def _remedy_entry(remedy: Remedy) -> dict[str, Any]:
     """A remedy as JSON holds it."""
     entry: dict[str, Any] = picked(remedy.change, "parameter before after")
-    entry["with_margin"] = remedy.take and remedy.take.after
+    entry["with_margin"] = remedy.with_margin and remedy.with_margin.after
     entry["at_value_alone"] = remedy.leaves_window
     entry["verdict_line"] = remedy.computed.conclusion
     entry["first_loss"] = remedy.loss and remedy.loss._asdict()

@@ -178,7 +178,9 @@ def test_the_remedy_stops_the_growth_and_the_others_are_exact():
     assert report.remedy.change.parameter == "c"
     assert report.remedy.change.count == -9.1  # 9.0909... % in two digits
     assert not report.remedy.computed.unstable
-    assert report.remedy.take.count == -18.0  # 17.36 %: at mu = 1.1 the pair rests up to 1 / 1.1
+    assert (
+        report.remedy.with_margin.count == -18.0
+    )  # 17.36 %: at mu = 1.1 the pair rests up to 1 / 1.1
     assert report.advice.startswith("Lower c (factor of friction) by 18 %, from 1.1 to 0.902: ")
     cost = "as much less friction force, or 10 % more normal force for the same."
     assert f"Or keep mu below 0.909, 9.1 % less than 1: {cost}" in report.advice

@@ -51,7 +51,7 @@ class Change:
         What steps are counted in: "%", "degrees", or empty where the value is 0.
     count : float
         How many steps; negative where the value is lowered.
-    measured : str
+    value_unit : str
         The unit of the value, empty of an angle.
     """
 
@@ -60,7 +60,7 @@ class Change:
     step: float
     unit: str
     count: float
-    measured: str = ""
+    value_unit: str = ""
 
     @property
     def after(self) -> float:
@@ -86,7 +86,7 @@ class Change:
         if self.unit == "degrees":
             before = number(self.before / DEGREE, 5)
             return f"from {before} to {number(self.after / DEGREE, 5)} degrees"
-        unit = f" {self.measured}".rstrip()
+        unit = f" {self.value_unit}".rstrip()
         return f"from {number(self.before, 5)} to {number(self.after, 5)}{unit}"
 
     @property
@@ -170,13 +170,15 @@ class Effect:
 
     @property
     def in_hand(self) -> str:
-        """How much more of the free parameter leaves nothing that grows, in %, rounded down; a dash
+        """By how many % the free parameter may rise until something grows, rounded down; a dash
         where that is not known, or where something grows at less."""
         if self.loss is None or self.leaves_window or self.value <= 0.0:
             return "-"
         share = min(self.limit, self.loss.high) / self.value - 1.0
         percent = math.floor(100.0 * share + NOTHING)  # 10 of 1.1, whatever rounding makes of it
-        return f"{'over ' * math.isinf(self.limit)}{percent}"
+        if math.isinf(self.limit):  # nothing grows up to the end of the search
+            return f"over {percent}"
+        return str(percent)
 
     @property
     def damping_left(self) -> float:
@@ -311,12 +313,12 @@ class Brake:
         value : float
             Of the free parameter.
         """
-        reduction = getattr(searched and searched.source, "reduction", None)
-        if reduction is None:
+        source = None if searched is None else searched.source
+        if not isinstance(source, SystemSource) or source.reduction is None:
             return self.eigenvalues_of(changed).values
         from squeal.queries.systems.reduced import roots_of_reduction
 
-        return roots_of_reduction(reduction, {self.spectrum.parameter: value}).values
+        return roots_of_reduction(source.reduction, {self.spectrum.parameter: value}).values
 
 
 def loss_of(answer: Thresholds, high: float) -> Loss:
@@ -340,7 +342,8 @@ def growing_within(answer: Thresholds, end: float) -> list[float]:
     for point in answer.points:
         if point.kind in GROWING and point.mu < end:
             above = [other.mu for other in answer.points if other.mu > point.mu]
-            values.append((point.mu + min([*above, end])) / 2.0)
+            interval_end = min([*above, end])
+            values.append((point.mu + interval_end) / 2.0)
     return values
 
 

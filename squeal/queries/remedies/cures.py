@@ -95,7 +95,8 @@ def find_meetings(
             with_window = search.cures_with_window()
             for cure in (Cure.APART, Cure.BOTH):
                 if cure in search.confirmed:
-                    with suppress(InputError, ComputationError):  # the other kind may be known
+                    # where the effect of one kind cannot be computed that of the other may be
+                    with suppress(InputError, ComputationError):
                         treatments[cure] = search.effect(cure)
     return MeetingSearch(meetings, treatments, with_window)
 
@@ -104,15 +105,15 @@ class _Confirmed(NamedTuple):
     """Amounts of a kind of cure, and up to where they stop all that grows.
 
     enough: the amounts that just stop it at the present value; advised: larger ones, confirmed at
-    that value with the full matrices; answer: the thresholds with those advised, None where none
-    were searched; is_alone: whether they are confirmed at the present value alone, else at all
-    values up to `end`.
+    that value with the full matrices; thresholds: with those advised, None where none were
+    searched; at_present_alone: whether they are confirmed at the present value of the free
+    parameter alone, else at all values up to `end`.
     """
 
     enough: Amounts
     advised: Amounts
-    answer: Thresholds | None
-    is_alone: bool
+    thresholds: Thresholds | None
+    at_present_alone: bool
     end: float
 
 
@@ -136,43 +137,45 @@ class _Search:
         self.confirmed: dict[Cure, _Confirmed] = {}
 
     def choose(self, candidates: Mapping[int, Sequence[Meeting]]) -> None:
-        """Take the first of the candidates of each mode with which most cures are confirmed.
+        """Choose the candidates of the growing modes with which most cures are confirmed.
 
         The k-th candidates of all growing modes are tried together, of a mode with fewer its last.
-        Separation and damping count 2 points each if they are confirmed for a range of values, 1 if
-        they are at the present value alone; the first choice with most points is taken.
+        Separation and damping count a point each if they are confirmed at the present value, and a
+        second one if they are for a range of values; the first choice with most points is taken.
 
-        candidates: the meetings of each growing mode, the likeliest first.
+        candidates: by the number of each growing mode its meetings, the likeliest first.
         """
-        best = self.meetings
-        confirmed = self.confirmed
-        most = -1
-        tried = []
-        for choice in range(max(map(len, candidates.values()))):
+        best_meetings = self.meetings
+        best_confirmed = self.confirmed
+        most_points = -1
+        tried = []  # real modes of earlier choices, by their numbers
+        for k in range(max(map(len, candidates.values()))):
             for mode, meetings in candidates.items():
-                self.meetings[mode] = meetings[min(choice, len(meetings) - 1)]
+                self.meetings[mode] = meetings[min(k, len(meetings) - 1)]
             indices = tuple(meeting.indices for meeting in self.meetings.values())
             if indices in tried:
                 continue
             tried.append(indices)
             self.brake.use_basis_of(self.meetings.values())
             self.confirmed = {}
-            self._take(dict.fromkeys(candidates, Cure.BOTH))
+            self._add_if_confirmed(dict.fromkeys(candidates, Cure.BOTH))
             if self._are_pairs():
-                self._take(dict.fromkeys(candidates, Cure.APART))
-            points = sum(2 - confirmed.is_alone for confirmed in self.confirmed.values())
-            if points > most:
-                most = points
-                best = dict(self.meetings)
-                confirmed = self.confirmed
-            if points == 4:
+                self._add_if_confirmed(dict.fromkeys(candidates, Cure.APART))
+            points = 0
+            for confirmed in self.confirmed.values():
+                points += 1 if confirmed.at_present_alone else 2
+            if points > most_points:
+                most_points = points
+                best_meetings = dict(self.meetings)
+                best_confirmed = self.confirmed
+            if points == 4:  # no choice has more: both cures for a range of values
                 break
-        self.meetings = best
-        self.confirmed = confirmed
-        self.brake.use_basis_of(best.values())
+        self.meetings = best_meetings
+        self.confirmed = best_confirmed
+        self.brake.use_basis_of(best_meetings.values())
 
     def damp_one_of_each(self) -> None:
-        """Take damping of one mode of each pair into the meetings, if damping both is confirmed.
+        """Add damping of one mode of each pair to the meetings, if damping both is confirmed.
 
         Of one growing mode each of the two sides is tried, of several the side that needs less.
         """
@@ -180,16 +183,18 @@ class _Search:
             return
         if len(self.meetings) == 1:
             for side in SIDES:
-                self._take(dict.fromkeys(self.meetings, side))
+                self._add_if_confirmed(dict.fromkeys(self.meetings, side))
         else:
-            self._take(self._sides())
+            self._add_if_confirmed(self._cheaper_sides())
 
     def cures_with_window(self) -> list[Cure]:
         """The kinds of cure with which something grows at a value up to the present one."""
         cures = []
         for cure, confirmed in self.confirmed.items():
-            answer = confirmed.answer
-            if answer is not None and loss_of(answer, answer.high).limit() <= self.present:
+            thresholds = confirmed.thresholds
+            if thresholds is None:
+                continue
+            if loss_of(thresholds, thresholds.high).limit() <= self.present:
                 cures.append(cure)
         return cures
 
@@ -197,24 +202,26 @@ class _Search:
         """What a kind of cure does in the amounts that are advised."""
         confirmed = self.confirmed[cure]
         cures = dict.fromkeys(confirmed.advised, cure)
-        return self.brake.effect(self._treatment(cures, confirmed.advised), confirmed.answer)
+        return self.brake.effect(self._treatment(cures, confirmed.advised), confirmed.thresholds)
 
     def _are_pairs(self) -> bool:
         """Whether two real modes are behind each growing one."""
         return all(meeting.is_pair for meeting in self.meetings.values())
 
-    def _take(self, cures: Cures) -> None:
-        """Take cures into the meetings if they are confirmed.
+    def _add_if_confirmed(self, cures: Cures) -> None:
+        """Add cures to `confirmed` and to the meetings if they are confirmed.
 
-        Damping of one mode of each pair is taken only if it stops growth at as many values as
-        damping of both does.
+        Damping of one mode of each pair is added only if it stops growth up to the value up to
+        which damping of both does.
         """
         confirmed = self._confirm(cures)
         if confirmed is None:
             return
+        # damping of both, which is confirmed first, is compared with itself
         of_both = self.confirmed.get(Cure.BOTH, confirmed)
-        is_as_far = confirmed.end >= of_both.end and not confirmed.is_alone
-        if Cure.APART not in cures.values() and not (of_both.is_alone or is_as_far):
+        holds_as_far = confirmed.end >= of_both.end and not confirmed.at_present_alone
+        is_enough = of_both.at_present_alone or holds_as_far
+        if Cure.APART not in cures.values() and not is_enough:
             return
         for mode, cure in cures.items():
             self.confirmed[cure] = confirmed
@@ -225,19 +232,20 @@ class _Search:
                 advised={**meeting.advised, cure: confirmed.advised[mode]},
             )
 
-    def _sides(self) -> dict[int, Cure]:
-        """Which mode of each pair is damped alone; empty where neither is enough for a growing one.
+    def _cheaper_sides(self) -> dict[int, Cure]:
+        """The mode of each pair that needs less damping, if it is damped alone, by growing mode.
 
-        For one growing mode after another that which needs less, at the present value, is chosen.
-        Meanwhile the growing modes before it have their one mode damped, those behind it both.
+        Empty where neither is enough for a growing mode. The growing modes are treated one after
+        another, at the present value of the free parameter: those before have one mode of their
+        pair damped as was chosen, those after it both.
         """
         chosen = dict.fromkeys(self.meetings, Cure.BOTH)
         shares = {mode: meeting.cures[Cure.BOTH] for mode, meeting in self.meetings.items()}
         for mode in self.meetings:
             needed = {}
             for side in SIDES:
-                sides = {**chosen, mode: side}
-                needed[side] = self._least_of([mode], sides, shares, [self.present], MOST)
+                cures = {**chosen, mode: side}
+                needed[side] = self._least_share([mode], cures, shares, [self.present], MOST)
             chosen[mode] = min(SIDES, key=needed.__getitem__)
             shares[mode] = needed[chosen[mode]]
             if shares[mode] == math.inf:
@@ -250,9 +258,9 @@ class _Search:
         They are confirmed up to `IN_HAND` times the present value, else up to that value, else at
         it alone. None if no amounts are known to be enough.
         """
-        shares = self._least(cures, [self.present])
-        # by rounding nothing may grow on the basis even without cures: no share says enough
-        if math.inf in shares.values() or not any(shares.values()):
+        shares = self._least_shares(cures, [self.present])
+        no_cure_is_needed = not any(shares.values())  # by rounding nothing grows on the basis
+        if math.inf in shares.values() or no_cure_is_needed:
             return None
         enough = self._rounded_up(cures, shares)
         ends = [self.present]
@@ -262,19 +270,21 @@ class _Search:
         for end in ends:
             with suppress(InputError, ComputationError, ArithmeticError):  # no brake at the end
                 confirmed = self._confirm_up_to(end, cures, enough)
-                if confirmed is not None and not confirmed.is_alone:
+                if confirmed is not None and not confirmed.at_present_alone:
                     return confirmed
                 at_present = at_present or confirmed
         return at_present
 
     def _confirm_up_to(self, end: float, cures: Cures, enough: Amounts) -> _Confirmed | None:
-        """The amounts of cures that are confirmed at all values up to `end`, else at the present
-        value alone.
+        """Search amounts of cures with which nothing grows at all values of the parameter up to
+        `end`, else at the present value alone.
 
-        Amounts are the least at some `values`, at first the present one and `end`, and `IN_HAND`
-        times what is just `enough`. If something still grows at another value, that joins `values`.
-        If something grows at one of them (by rounding, or because the basis misses it), the factor
-        on all amounts rises by 0.05. None if neither is confirmed in `RETRIES` tries.
+        In each try the amounts are the least with which nothing grows at some `values`, at first
+        the present one and `end`, but not below `IN_HAND` times what is just `enough`. They are
+        then tried with the full matrices at all values up to `end`. If something grows at another
+        value, that value joins `values`. If something grows at one of `values` (by rounding, or
+        because the basis misses it), all amounts get 5 % more in the next try. None if nothing is
+        confirmed in `RETRIES` tries.
 
         end: the present value of the free parameter, or above.
         """
@@ -282,16 +292,16 @@ class _Search:
         at_present: _Confirmed | None = None
         factor = 1.0
         for _ in range(RETRIES):
-            shares = self._least(cures, values)
+            shares = self._least_shares(cures, values)
             if math.inf in shares.values():
                 break
             for mode, amount in enough.items():
-                least = IN_HAND * amount / self.meetings[mode].unit(cures[mode])
-                shares[mode] = max(shares[mode], least)
+                with_margin = IN_HAND * amount / self.meetings[mode].unit(cures[mode])
+                shares[mode] = max(shares[mode], with_margin)
             advised = self._rounded_up(cures, shares, factor)
             treatment = self._treatment(cures, advised)
-            grows_at, answer = self.brake.refuted(treatment, values)
-            confirmed = _Confirmed(enough, advised, answer, grows_at is not None, end)
+            grows_at, thresholds = self.brake.refuted(treatment, values)
+            confirmed = _Confirmed(enough, advised, thresholds, grows_at is not None, end)
             if grows_at is None:
                 return confirmed
             if grows_at in values:
@@ -310,17 +320,21 @@ class _Search:
             amounts[mode] = float(rounded(amount, 2, math.ceil))
         return amounts
 
-    def _least(self, cures: Cures, values: Sequence[float]) -> dict[int, float]:
-        """The least share of each cure with which nothing grows at some values: first one share for
-        all, then less for one after another, that of the fastest mode last. Infinite if none is
-        seen."""
-        shares = dict.fromkeys(cures, self._least_of(cures, cures, {}, values, MOST))
-        if len(shares) > 1 and math.inf not in shares.values():
+    def _least_shares(self, cures: Cures, values: Sequence[float]) -> dict[int, float]:
+        """The least share of each cure with which nothing grows at some values.
+
+        First the least share that is the same for all is searched. Then the share of one growing
+        mode after another is lowered, that of the fastest last. All are infinite if no share up to
+        `MOST` is enough.
+        """
+        same_share = self._least_share(cures, cures, {}, values, MOST)
+        shares = dict.fromkeys(cures, same_share)
+        if len(shares) > 1 and same_share < math.inf:
             for mode in reversed(shares):
-                shares[mode] = self._least_of([mode], cures, shares, values, shares[mode])
+                shares[mode] = self._least_share([mode], cures, shares, values, shares[mode])
         return shares
 
-    def _least_of(
+    def _least_share(
         self,
         modes: Iterable[int],
         cures: Cures,
@@ -332,17 +346,13 @@ class _Search:
         which nothing grows at some values while the other modes have `shares`."""
 
         def stops_all(share: float) -> bool:
-            return self._stops(cures, {**shares, **dict.fromkeys(modes, share)}, values)
+            amounts = {}
+            for mode, other_share in {**shares, **dict.fromkeys(modes, share)}.items():
+                amounts[mode] = other_share * self.meetings[mode].unit(cures[mode])
+            treatment = self._treatment(cures, amounts)
+            return not any(self.brake.grows(value, treatment) for value in values)
 
-        return _least_share(stops_all, most)
-
-    def _stops(self, cures: Cures, shares: Shares, values: Sequence[float]) -> bool:
-        """Whether nothing grows with such shares of cures at some values, on the basis."""
-        amounts = {}
-        for mode, cure in cures.items():
-            amounts[mode] = shares[mode] * self.meetings[mode].unit(cure)
-        treatment = self._treatment(cures, amounts)
-        return not any(self.brake.grows(value, treatment) for value in values)
+        return _least_for(stops_all, most)
 
     def _treatment(self, cures: Cures, amounts: Amounts) -> Treatment:
         """The change of K or C by cures: a real mode in several gets the largest factor."""
@@ -354,7 +364,7 @@ class _Search:
         return Treatment(Cure.APART in cures.values(), factors)
 
 
-def _least_share(holds: Callable[[float], bool], most: float) -> float:
+def _least_for(holds: Callable[[float], bool], most: float) -> float:
     """The least share up to `most` for which a condition holds, infinite if none is seen.
 
     0 is tried first, then `LEAST` and each time the double; the first step that holds is bisected.

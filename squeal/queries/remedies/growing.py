@@ -56,13 +56,15 @@ class ChangedBrakes:
         if isinstance(source, SystemSource):
             self.band = source.selection.band
             if not is_small(source.file.system):
-                served: list[Values] = [{}, {spectrum.parameter: IN_HAND * spectrum.value}]
+                # at present, with more of the free parameter, and with half and all of each change
+                good_at: list[Values] = [{}, {spectrum.parameter: IN_HAND * spectrum.value}]
                 for change in changes:
                     for share in (0.5, 1.0):
                         count = math.copysign(share * change.most, change.count)
-                        served.append({change.parameter: change.of(count).after})
-                self._reduction = _reduced_system(source, served)
-        self._known: dict[tuple[str, float, float], ComplexArray | None] = {}
+                        good_at.append({change.parameter: change.of(count).after})
+                self._reduction = _reduced_system(source, good_at)
+        # by parameter, number of steps and factor
+        self._computed: dict[tuple[str, float, float], ComplexArray | None] = {}
         (unchanged,) = self._compute([{}])
         self.growing_outside = 0
         if unchanged is not None:
@@ -71,16 +73,16 @@ class ChangedBrakes:
     def roots(self, changes: Sequence[Change], factor: float = 1.0) -> list[ComplexArray | None]:
         """The growing roots (m,) with each change, rad/s; None where there is no such brake."""
         keys = [(change.parameter, change.count, factor) for change in changes]
-        unknown = {}
+        missing = {}
         for key, change in zip(keys, changes, strict=True):
             values = {change.parameter: change.after}
             if factor != 1.0:
                 values[self.spectrum.parameter] = factor * self.spectrum.value
-            if key not in self._known:
-                unknown[key] = values
-        if unknown:
-            self._known.update(zip(unknown, self._compute(unknown.values()), strict=True))
-        return [self._known[key] for key in keys]
+            if key not in self._computed:
+                missing[key] = values
+        if missing:
+            self._computed.update(zip(missing, self._compute(missing.values()), strict=True))
+        return [self._computed[key] for key in keys]
 
     def growth(self, change: Change) -> float:
         """The rate of the mode of the band that grows fastest with a change, 1/s; 0 without one."""
@@ -138,8 +140,11 @@ class ChangedBrakes:
         return upper_growing(roots, rounding_of(changed, roots))
 
 
-def _reduced_system(source: SystemSource, served: Sequence[Values]) -> Reduction:
-    """A reduced system of the band and `WIDER` beyond its ends; served: where it is to be good."""
+def _reduced_system(source: SystemSource, good_at: Sequence[Values]) -> Reduction:
+    """A reduced system of the band and `WIDER` beyond its ends.
+
+    good_at: changed parameters at which it has to be good, where the system has matrices there.
+    """
     from squeal.queries.systems.reduced import reduced_for
 
     system = source.file.system
@@ -148,7 +153,7 @@ def _reduced_system(source: SystemSource, served: Sequence[Values]) -> Reduction
         low, high = selection.band
         selection = EigenvalueSelection(((1.0 - WIDER) * low, (1.0 + WIDER) * high))
     existing = []
-    for values in served:
+    for values in good_at:
         with suppress(InputError):  # a factor may divide by the parameter
             system.frozen().at(values)
             existing.append(values)

@@ -106,7 +106,9 @@ class Meeting:
         if cure is Cure.APART:
             raised = self.omega + math.tau * amount * self.is_upper
             return raised**2 - self.omega**2
-        return 2.0 * amount * self.omega * np.array(DAMPED[cure])[self.is_upper.astype(int)]
+        lower_share, upper_share = DAMPED[cure]
+        zeta = amount * np.where(self.is_upper, upper_share, lower_share)
+        return 2.0 * zeta * self.omega
 
 
 @dataclass(eq=False)
@@ -136,7 +138,8 @@ class RealModes:
 
         First come the two at which the modes of the chart that meet begin, without a chart the two
         that take part most. Then come the pairs of the three that take part most. A mode that takes
-        part alone is no pair. Empty if the growing mode does not vibrate.
+        part alone is no pair. Empty if the growing mode does not vibrate. `forces` and `shapes` of
+        this object grow by those of the modes.
 
         starts: angular frequencies at which the modes of the chart begin, rad/s; empty without.
         """
@@ -148,10 +151,12 @@ class RealModes:
         forces = self.mass @ shapes
         leading = self._leading(mode, forces)
         choices = list(itertools.combinations(leading, min(2, len(leading))))
+        # the real modes, by index, at which modes of the chart begin; none if they do not
         chart = tuple(int(abs(omega - start).argmin()) for start in starts)
-        if not np.allclose(omega[list(chart)], starts, SAME_START):
+        if not np.allclose(omega[list(chart)], starts, rtol=SAME_START):
             chart = ()
-        # so the k-th candidates of all growing modes are of one kind: from charts, or from shares
+        # the first choice comes from the chart, or is the second one too: so the k-th choices of
+        # all growing modes are of one kind
         choices.insert(0, chart if len(chart) == 2 else choices[0])
         meetings = []
         for choice in choices:
@@ -169,29 +174,37 @@ class RealModes:
         """
         nearest = int(abs(self.spectrum.values - mode.root).argmin())
         root = self.spectrum.eigenvalues[nearest]
-        left = root.left if len(root.left) else root.right
+        left = root.left if len(root.left) else root.right  # estimated roots have no left vector
         shares = abs(forces.T @ root.right) * abs(forces.T @ left)
         largest = np.argsort(-shares)[:3]
-        indices: list[int] = largest[shares[largest] >= PARTNER * shares[largest[0]]].tolist()
+        takes_part = shares[largest] >= PARTNER * shares[largest[0]]
+        indices: list[int] = largest[takes_part].tolist()
         return indices
 
     def _meeting(
-        self, omega: Array, forces: Array, leading: Sequence[int], is_of_chart: bool
+        self, omega: Array, forces: Array, chosen: Sequence[int], is_of_chart: bool
     ) -> Meeting:
         """The meeting of one or two real modes, and of all others of the same frequencies.
 
-        omega (m,), forces (n, m): of all modes at hand; leading: the indices of the one or two in
-        rising order.
+        omega (m,), forces (n, m): of all computed modes, by rising frequency; chosen: the indices
+        of the one or two, rising.
         """
-        lower = omega[leading[0]]
-        upper = omega[leading[-1]]
+        lowest = chosen[0]
+        lower = omega[lowest]
+        upper = omega[chosen[-1]]
         is_upper = abs(omega - upper) <= SAME * upper
         is_lower = abs(omega - lower) <= SAME * lower
-        behind = np.flatnonzero(is_lower | is_upper)
-        if is_upper[leading[0]]:  # both have one frequency
+        members = np.flatnonzero(is_lower | is_upper)
+        if is_upper[lowest]:  # there is one frequency
             is_upper = np.zeros(len(omega), dtype=bool)
-        indices = tuple(self._number(forces[:, k]) for k in behind.tolist())
-        return Meeting(omega[behind], is_upper[behind], indices, {}, {}, is_of_chart)
+        return Meeting(
+            omega=omega[members],
+            is_upper=is_upper[members],
+            indices=tuple(self._number(forces[:, k]) for k in members.tolist()),
+            cures={},
+            advised={},
+            is_of_chart=is_of_chart,
+        )
 
     def _number(self, force: Array) -> int:
         """The number of the real mode with M x = `force`; a new one joins `forces`."""

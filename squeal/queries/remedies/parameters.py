@@ -52,7 +52,7 @@ MOST_REMEDIES = 4  # that are computed on the full system, and of parts of a cur
 NO_WAY = 90.0  # %: nobody takes the free parameter back by more
 FEW_REMEDIES = 2  # where each costs much
 
-Condition: TypeAlias = Callable[[Sequence[Change]], Sequence[Change]]
+ChangeFilter: TypeAlias = Callable[[Sequence[Change]], Sequence[Change]]
 """Picks those of some changes for which a condition holds."""
 
 
@@ -60,15 +60,15 @@ Condition: TypeAlias = Callable[[Sequence[Change]], Sequence[Change]]
 class Remedy(Effect):
     """The least change of one parameter, up or down, with which nothing grows, or least grows.
 
-    Its effect is that of `take`, without one that of `change`.
+    Its effect is that of `advised`.
 
     Attributes
     ----------
     computed : Eigenvalues
-        With the change that the effect is of, of the full system.
+        With the change `advised`, of the full system.
     change : Change
         The least one, rounded up to two digits.
-    take : Change or None
+    with_margin : Change or None
         The least larger one found after which nothing grows up to `IN_HAND` times the present value
         of the free parameter; None where there is none.
     rise : float
@@ -77,7 +77,7 @@ class Remedy(Effect):
 
     computed: Eigenvalues
     change: Change
-    take: Change | None = None
+    with_margin: Change | None = None
     rise: float = 0.0
 
     @property
@@ -88,7 +88,7 @@ class Remedy(Effect):
     @property
     def advised(self) -> Change:
         """The change with a margin, else the least one."""
-        return self.take or self.change
+        return self.with_margin or self.change
 
     def sentence(self, meaning: str) -> str:
         """What to change, by how much, what that does and what it costs.
@@ -109,7 +109,9 @@ class Remedy(Effect):
 
 @dataclass(frozen=True, eq=False)
 class Bound(Effect):
-    """The value of the free parameter below which nothing grows; its effect is that of `take`.
+    """The value of the free parameter below which nothing grows.
+
+    Its effect is that of `with_margin`.
 
     Attributes
     ----------
@@ -117,15 +119,15 @@ class Bound(Effect):
         The lower end of the interval that holds the loss of stability, rounded down.
     change : Change
         From the present value to `below`.
-    take : Change
-        To a value that leaves 10 % in hand.
+    with_margin : Change
+        From the present value to `below` / `IN_HAND`.
     reservations : sequence of str
         What the bound does not hold for.
     """
 
     below: str
     change: Change
-    take: Change
+    with_margin: Change
     reservations: Sequence[str]
 
 
@@ -202,22 +204,30 @@ def keep_below(brake: Brake, outside: Thresholds | None) -> Bound | None:
         return None
     if not 0.0 < first.mu < value:
         return None
-    lost = first
+    earliest = first
     if outside is not None and outside.verdict not in GROWING and outside.first is not None:
-        lost = min(first, outside.first, key=lambda point: point.mu)
-    present = Change(spectrum.parameter, value, value / 100.0, "%", 0.0, unit_of(losses.source))
-    # stability may be lost from here on; 0.75 with an interval of rounding stays 0.75
-    lowest = lost.interval[0] + 1e-9 * lost.mu
+        earliest = min(first, outside.first, key=lambda point: point.mu)
+    # stability may be lost from here on. The little that is added keeps 0.75 with an interval of
+    # rounding from being rounded down to 0.7499
+    lowest = earliest.interval[0] + 1e-9 * earliest.mu
     below = rounded(lowest, 4, math.floor)
-    with_margin = rounded(lowest / IN_HAND, 4, math.floor)
-    change = present.of(100.0 * (float(below) / value - 1.0))
-    take = present.of(100.0 * (float(with_margin) / value - 1.0))
-    if abs(take.count) > NO_WAY:
+    below_with_margin = rounded(lowest / IN_HAND, 4, math.floor)
+    unit = unit_of(losses.source)
+    no_change = Change(spectrum.parameter, value, value / 100.0, "%", 0.0, unit)
+    change = no_change.of(100.0 * (float(below) / value - 1.0))
+    with_margin = no_change.of(100.0 * (float(below_with_margin) / value - 1.0))
+    if abs(with_margin.count) > NO_WAY:
         return None
-    roots = brake.selected_roots(losses, brake.changed_by(take), take.after)
-    loss = Loss(lost.mu, lost.kind, lost.frequency_hz, losses.high)
-    reservations = _reservations(spectrum, first, outside)
-    return Bound(spectrum, take.after, roots, loss, below, change, take, reservations)
+    return Bound(
+        before=spectrum,
+        value=with_margin.after,
+        roots=brake.selected_roots(losses, brake.changed_by(with_margin), with_margin.after),
+        loss=Loss(earliest.mu, earliest.kind, earliest.frequency_hz, losses.high),
+        below=below,
+        change=change,
+        with_margin=with_margin,
+        reservations=_reservations(spectrum, first, outside),
+    )
 
 
 def _reservations(
@@ -249,16 +259,17 @@ def _reservations(
 def _directions(spectrum: Eigenvalues, derivatives: Sensitivity) -> Iterator[Change]:
     """For each parameter that moves a root a change by one step up, and one by a step down."""
     for name, slopes in derivatives.slopes.items():
-        step, words = derivatives.step(name)
-        # rad/s; of no known derivative infinite: such a parameter is tried
+        step, step_text = derivatives.step(name)  # the text is "1 %", "1 degree" or "1"
+        # of each root by a step, rad/s. Infinite where the derivative is not known: such a
+        # parameter is tried
         movements = np.nan_to_num(abs(step) * np.abs(slopes), nan=np.inf)
         moves = movements > NOTHING * abs(spectrum.values)
         if name == spectrum.parameter or not step or not moves.any():
             continue
-        unit = words.removeprefix("1").strip().replace("degree", "degrees")
-        measured = derivatives.units[name].replace("rad", "")
+        unit = step_text.removeprefix("1").strip().replace("degree", "degrees")
+        value_unit = derivatives.units[name].replace("rad", "")
         for count in (1.0, -1.0):
-            yield Change(name, derivatives.values[name], step, unit, count, measured)
+            yield Change(name, derivatives.values[name], step, unit, count, value_unit)
 
 
 class _Search:
@@ -280,7 +291,7 @@ class _Search:
             self.steps = FEW_STEPS
             self.most_remedies = FEW_REMEDIES
         self.factors = [1.0, IN_HAND]
-        self.changed = ChangedBrakes(brake.spectrum, directions)
+        self.changed_brakes = ChangedBrakes(brake.spectrum, directions)
 
     def least_changes(self) -> Sequence[tuple[Change, Change | None]]:
         """For each direction the least change that stops all that grows, with the least larger one
@@ -289,10 +300,11 @@ class _Search:
         First comes the smallest with a margin, last those without one. Large changes are tried if
         no small one stops all.
         """
-        least = _least_holding(self.directions, self.steps, self.changed.stopping)
+        stopping = self.changed_brakes.stopping
+        least = _least_passing(self.directions, self.steps, stopping)
         if not least:
             self.steps = (*self.steps, *WIDE_STEPS)
-            least = _least_holding(self.directions, self.steps, self.changed.stopping)
+            least = _least_passing(self.directions, self.steps, stopping)
         changes = list(least.values())
         pairs = zip(changes, self._with_margins(changes), strict=True)
 
@@ -308,20 +320,26 @@ class _Search:
         `least` is rounded up until nothing grows with it at the present value; None if something
         does with all of these.
         """
-        present = self.brake.present
         for change in rounded_up(least):
             with suppress(InputError, ComputationError):  # there may be no such brake
                 computed = self._eigenvalues_with(change)
                 if computed.unstable:
                     continue
-                take, loss = self._confirmed_margin(least, with_margin)
-                if take is not None:
-                    computed = self._eigenvalues_with(take)
+                confirmed, loss = self._confirmed_margin(least, with_margin)
+                if confirmed is not None:
+                    computed = self._eigenvalues_with(confirmed)
                 else:
                     loss = loss_of(self._thresholds_with(change), self.brake.high)
-                roots = computed.values
-                rise = self._rise(least)
-                return Remedy(self.spectrum, present, roots, loss, computed, change, take, rise)
+                return Remedy(
+                    before=self.spectrum,
+                    value=self.brake.present,
+                    roots=computed.values,
+                    loss=loss,
+                    computed=computed,
+                    change=change,
+                    with_margin=confirmed,
+                    rise=self._rise(least),
+                )
         return None
 
     def partial_remedies(self) -> RemedySearch:
@@ -351,10 +369,10 @@ class _Search:
                 if step > direction.most:
                     break
                 change = direction.times(step)
-                (roots,) = self.changed.roots([change])
-                if roots is None or self.changed.has_more_outside(roots):
+                (roots,) = self.changed_brakes.roots([change])
+                if roots is None or self.changed_brakes.has_more_outside(roots):
                     continue
-                growth = self.changed.growth(change)
+                growth = self.changed_brakes.growth(change)
                 least, _ = best.get(change.parameter, (math.inf, change))
                 if growth < least / BETTER:
                     best[change.parameter] = (growth, change)
@@ -363,15 +381,15 @@ class _Search:
     def _leaving_margin(self, changes: Sequence[Change]) -> Sequence[Change]:
         """The changes with which nothing grows at any of `factors`."""
         for factor in self.factors:
-            changes = self.changed.stopping(changes, factor)
+            changes = self.changed_brakes.stopping(changes, factor)
         return changes
 
     def _with_margins(self, least: Sequence[Change]) -> list[Change | None]:
         """For each least change the least larger one that leaves a margin, None if none is seen."""
         # at least a tenth more: else a little less of the change would not be enough
         directions = [change.times(IN_HAND) for change in least]
-        found = _least_holding(directions, LARGER, self._leaving_margin, start=1.0)
-        return [found.get(direction) for direction in directions]
+        with_margin = _least_passing(directions, LARGER, self._leaving_margin, start=1.0)
+        return [with_margin.get(direction) for direction in directions]
 
     def _confirmed_margin(
         self, least: Change, with_margin: Change | None
@@ -379,31 +397,33 @@ class _Search:
         """The change that leaves a margin in the full system, and where stability is lost with it;
         None twice if none is found.
 
-        `with_margin` is rounded up further as long as stability is lost too early above the present
-        value. Where something grows below it, these values join `factors`, and the change is
-        searched anew.
+        `with_margin` is rounded up further as long as stability is lost above the present value,
+        but before the margin ends. Where something grows below the present value, such values join
+        `factors`, and the least change that leaves a margin is searched anew.
         """
         present = self.brake.present
         for _ in range(RETRIES):
+            growing_at: list[float] = []  # values up to the present one
             for change in rounded_up(with_margin):
                 answer = self._thresholds_with(change)
                 loss = loss_of(answer, self.brake.high)
                 if loss.limit() >= IN_HAND * present:
                     return change, loss
                 growing_at = growing_within(answer, present)
-                self.factors += [value / present for value in growing_at]
                 if growing_at:
                     break
-            else:
+            if not growing_at:
                 break
+            self.factors += [value / present for value in growing_at]
             (with_margin,) = self._with_margins([least])
         return None, None
 
     def _rise(self, least: Change) -> float:
         """The fastest growth, 1/s, with a quarter, half or three quarters of a change; 0 where that
         is hardly more than without the change."""
-        highest = max(self.changed.growth(least.times(share)) for share in (0.25, 0.5, 0.75))
-        return highest if highest > BETTER * self.changed.growth(least.of(0.0)) else 0.0
+        growth = self.changed_brakes.growth
+        highest = max(growth(least.times(share)) for share in (0.25, 0.5, 0.75))
+        return highest if highest > BETTER * growth(least.of(0.0)) else 0.0
 
     def _eigenvalues_with(self, change: Change) -> Eigenvalues:
         """The eigenvalues of the changed brake."""
@@ -414,29 +434,32 @@ class _Search:
         return self.brake.thresholds_of(self.brake.changed_by(change), self.brake.high)
 
 
-def _least_holding(
+def _least_passing(
     directions: Sequence[Change],
     factors: Sequence[float],
-    holding: Condition,
+    passing: ChangeFilter,
     start: float = 0.0,
 ) -> dict[Change, Change]:
-    """By direction the least change for which a condition holds; a direction without is missing.
+    """By direction the least change that passes a filter; a direction without one is missing.
 
-    A change is a factor times its direction. The first of the rising `factors` for which the
-    condition holds is bisected from the one before. All directions are searched together, since
-    many changed pads take hardly longer than one. start: what comes before the first factor.
+    A change is a factor times its direction. Between the first of the rising `factors` whose change
+    passes, and the factor before it, the least factor is searched by bisection. All directions are
+    searched together, since many changed pads take hardly longer than one. start: the factor before
+    the first one.
     """
-    lows, highs = _first_intervals(directions, factors, holding, start)
+    lows, highs = _first_intervals(directions, factors, passing, start)
     for _ in range(BISECTIONS):
         middles = {}
         tried = {}
         for direction, high in highs.items():
             middles[direction] = (lows[direction] + high) / 2
             tried[direction] = direction.times(middles[direction])
-        holds = holding(list(tried.values()))
+        passed = passing(list(tried.values()))
         for direction, change in tried.items():
-            ends = highs if change in holds else lows
-            ends[direction] = middles[direction]
+            if change in passed:
+                highs[direction] = middles[direction]
+            else:
+                lows[direction] = middles[direction]
     least = {}
     for direction in directions:
         if direction in highs:
@@ -447,12 +470,17 @@ def _least_holding(
 def _first_intervals(
     directions: Sequence[Change],
     factors: Sequence[float],
-    holding: Condition,
+    passing: ChangeFilter,
     start: float,
 ) -> tuple[dict[Change, float], dict[Change, float]]:
-    """By direction the factor before the first one for which a condition holds, and that first one.
+    """By direction the first factor whose change passes a filter, and the factor before that one.
 
-    See `_least_holding`. A change larger than `Change.most` is not tried.
+    See `_least_passing`. A change larger than `Change.most` is not tried.
+
+    Returns
+    -------
+    lows, highs : dict
+        The factors before, and the first ones that pass; a direction without is missing in both.
     """
     lows: dict[Change, float] = {}
     highs: dict[Change, float] = {}
@@ -463,7 +491,7 @@ def _first_intervals(
             change = direction.times(factor)
             if direction not in highs and abs(change.count) <= direction.most:
                 tried[change] = direction
-        for change in holding(list(tried)):
+        for change in passing(list(tried)):
             lows[tried[change]] = before
             highs[tried[change]] = factor
         before = factor

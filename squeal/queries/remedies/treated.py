@@ -49,12 +49,12 @@ class Treatment(NamedTuple):
 class Refutation(NamedTuple):
     """Whether something grows with a treatment.
 
-    grows_at: a value of the free parameter at which it does, None if nothing grows; answer: the
-    thresholds with the treatment, None where none were searched.
+    grows_at: a value of the free parameter at which it does, None if nothing grows; thresholds:
+    with the treatment, None where none were searched.
     """
 
     grows_at: float | None
-    answer: Thresholds | None
+    thresholds: Thresholds | None
 
 
 class TreatedBrake:
@@ -125,9 +125,9 @@ class TreatedBrake:
     def refuted(self, treatment: Treatment, values: Sequence[float]) -> Refutation:
         """Whether something grows with a treatment, and at which value of the free parameter.
 
-        `values` are tried first, on the basis. Then the full matrices are asked at all values from
-        the lower end of the range to the largest of these; of few rows without thresholds to search
-        the basis is the full system, and nothing more is asked.
+        `values` are tried first, on the basis. Then thresholds of the full matrices show all values
+        from the lower end of the range to the largest of `values`. Where no thresholds are searched
+        the full matrices are tried at the present value alone.
         """
         for value in values:
             if self.grows(value, treatment):
@@ -135,19 +135,20 @@ class TreatedBrake:
         if not self.searches_thresholds:
             grows = self.grows_in_full(treatment)
             return Refutation(self.brake.present if grows else None, None)
-        answer = self._thresholds(treatment, max(self.brake.high, *values))
+        thresholds = self._thresholds(treatment, max(self.brake.high, *values))
         grows_at: float | None = None
-        for middle in growing_within(answer, max(values)):
-            # so little growth as rounding could make of undamped modes is none
+        for middle in growing_within(thresholds, max(values)):
+            # of few rows `grows` computes with the full matrices: it allows for rounding, which
+            # may make undamped modes seem to grow between two thresholds
             if self.is_reduced or self.grows(middle, treatment):
                 grows_at = middle  # of several the last one
-        return Refutation(grows_at, answer)
+        return Refutation(grows_at, thresholds)
 
-    def effect(self, treatment: Treatment, answer: Thresholds | None) -> Effect:
-        """What a treatment does; answer: the thresholds with it."""
+    def effect(self, treatment: Treatment, thresholds: Thresholds | None) -> Effect:
+        """What a treatment does; thresholds: those with it, None where none were searched."""
         value = self.brake.present
-        roots = self.brake.selected_roots(answer, self._changed(treatment), value)
-        loss = None if answer is None else loss_of(answer, answer.high)
+        roots = self.brake.selected_roots(thresholds, self._changed(treatment), value)
+        loss = None if thresholds is None else loss_of(thresholds, thresholds.high)
         return Effect(self.spectrum, value, roots, loss)
 
     def _growing(self, value: float, treatment: Treatment) -> ComplexArray:
@@ -217,8 +218,11 @@ class TreatedBrake:
         columns = self._columns(treatment)
         unchanged, path = branch_system(source.scene, high)
         change = columns @ columns.T
-        of_stiffness = treatment.of_stiffness
-        changed_pad = _ChangedPad(unchanged, change * (not of_stiffness), change * of_stiffness)
+        zero = np.zeros_like(change)
+        if treatment.of_stiffness:
+            changed_pad = _ChangedPad(unchanged, to_damping=zero, to_stiffness=change)
+        else:
+            changed_pad = _ChangedPad(unchanged, to_damping=change, to_stiffness=zero)
         return pad_thresholds(source.scene, high, changed_pad, path, step_ends=())
 
     def _basis_for(self, meetings: Iterable[Meeting]) -> Array | None:
@@ -229,19 +233,20 @@ class TreatedBrake:
         """
         if not self.is_reduced:
             return None
-        chosen = set()
+        chosen = set()  # indices of roots
         for meeting in meetings:
             omega = float(meeting.omega.mean())
-            chosen.update(np.argsort(abs(self.spectrum.values - 1j * omega))[:ROOTS].tolist())
+            nearest = np.argsort(abs(self.spectrum.values - 1j * omega))[:ROOTS]
+            chosen.update(nearest.tolist())
         blocks = list(self.modes.shapes)  # of columns
         for k in sorted(chosen):
             root = self.spectrum.eigenvalues[k]
             for vector in (root.right, root.left):
                 if len(vector):
                     blocks.append(np.array([vector.real, vector.imag]).T)
-        together = np.hstack(blocks)
-        together = together / divisor(np.linalg.norm(together, axis=0))
-        left, sizes, _ = np.linalg.svd(together, full_matrices=False)
+        columns = np.hstack(blocks)
+        unit_columns = columns / divisor(np.linalg.norm(columns, axis=0))
+        left, sizes, _ = np.linalg.svd(unit_columns, full_matrices=False)
         return left[:, sizes > DEPENDENT * sizes[0]]
 
 

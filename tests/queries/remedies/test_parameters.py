@@ -31,7 +31,7 @@ EXAMPLES = ROOT / "squeal" / "examples"
 
 def test_the_remedy_is_the_least_change_in_two_digits_and_that_with_a_margin(trap):
     change = trap.remedy.change
-    take = trap.remedy.take
+    take = trap.remedy.with_margin
     assert growth(1.0, 0.4) > 0.0
     assert growth(change.after, 0.4) < 0.0
     assert growth(a_digit_less(change).after, 0.4) > 0.0
@@ -46,7 +46,7 @@ def test_the_remedy_is_the_least_change_in_two_digits_and_that_with_a_margin(tra
 def test_what_a_remedy_costs_is_that_of_numpy(trap):
     """The least damping ratio with the advised change, and the largest move of a frequency."""
     roots = []
-    for shim in (1.0, trap.remedy.take.after):
+    for shim in (1.0, trap.remedy.with_margin.after):
         found = roots_of(np.eye(4), DAMPING, stiffness(shim, 0.4))
         roots.append(found[found.imag > 0.0])
     damping = 100.0 * (-roots[1].real / abs(roots[1])).min()
@@ -60,12 +60,12 @@ def test_what_a_remedy_costs_is_that_of_numpy(trap):
 
 def test_the_next_loss_is_that_of_numpy(trap):
     remedy = trap.remedy
-    value, hertz = first_loss(remedy.take.after)
+    value, hertz = first_loss(remedy.with_margin.after)
     assert remedy.loss.value == pytest.approx(value, abs=1e-9)
     assert remedy.loss.frequency_hz == pytest.approx(hertz, rel=1e-6)
     up_to = float(re.search(r"nothing grows up to mu = ([\d.]+), then", trap.advice)[1])
-    assert growth(remedy.take.after, up_to) < 0.0
-    assert trap.to_dict()["remedy"]["with_margin"] == remedy.take.after
+    assert growth(remedy.with_margin.after, up_to) < 0.0
+    assert trap.to_dict()["remedy"]["with_margin"] == remedy.with_margin.after
 
 
 def rate_of_pad(scene, **values):
@@ -97,7 +97,7 @@ def test_the_remedy_of_a_pad_is_the_least_angle_and_the_other_way_is_named(monke
     scene = squeal.read_scene(EXAMPLES / "pad.yaml")
     report = squeal.report(scene)
     change = report.remedy.change
-    take = report.remedy.take
+    take = report.remedy.with_margin
     assert change.unit == "degrees"
     name = change.parameter
     assert rate_of_pad(scene, **{name: change.after}) < 1e-7
@@ -134,7 +134,7 @@ def test_a_large_change_is_offered_where_no_small_one_is_enough(both):
     assert remedy.change.verb == "lower"
     assert growth(remedy.change.after, 0.7) < 0.0
     assert growth(a_digit_less(remedy.change).after, 0.7) > 0.0
-    assert growth(remedy.take.after, 0.77) < 0.0
+    assert growth(remedy.with_margin.after, 0.77) < 0.0
     assert "No parameter does it with up to 25 %." in both.advice
     # smaller measures stand before it
     assert both.advice.index("of critical damping") < both.advice.index("lower shim")
@@ -143,7 +143,7 @@ def test_a_large_change_is_offered_where_no_small_one_is_enough(both):
 def test_a_margin_beyond_the_small_changes_does_not_deny_the_least_one(trap):
     change = trap.remedy.change
     for least, take in ((20.0, 29.0), (30.0, 40.0)):
-        remedy = replace(trap.remedy, change=change.of(least), take=change.of(take))
+        remedy = replace(trap.remedy, change=change.of(least), with_margin=change.of(take))
         text = remedy.sentence("")
         assert ("No parameter does it with up to 25 %" in text) == (least > 25.0)
 
@@ -158,11 +158,11 @@ def test_a_window_that_no_sample_shows_asks_for_a_larger_change():
     remedy = report.remedy
     assert remedy.change.after == pytest.approx(1.067)
     assert " 6.7 % " in report.remedies.text()  # just enough at mu = 1, not at 0.52
-    assert remedy.take.after == pytest.approx(1.2)
+    assert remedy.with_margin.after == pytest.approx(1.2)
     for mu in np.linspace(0.0, 1.1, 221):
         window = 12.0 / (1.0 + ((mu - 0.52) / 0.01) ** 2)
         friction = scipy.linalg.block_diag(8.0 * mu * SKEW, window * SKEW)
-        roots = roots_of(np.eye(4), C, K["1"] + remedy.take.after * K["s"] + friction)
+        roots = roots_of(np.eye(4), C, K["1"] + remedy.with_margin.after * K["s"] + friction)
         assert roots.real.max() < 0.0
 
 
