@@ -13,15 +13,17 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
-from squeal.io.scene import Scene
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal advise`."""
-    words = "how far a parameter is lowered and raised, such as k1=5%% or alpha1=0.01 in its own "
-    words += "unit (repeatable; left out: 2%%, an angle 0.02 rad, and nothing that is 0)"
     parser.add_argument(
-        "--tolerance", metavar="NAME=VALUE", action="append", default=[], help=words
+        "--tolerance",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="how far a parameter is lowered and raised, such as k1=5%% or alpha1=0.01 in its own "
+        "unit (repeatable; left out: 2%%, an angle 0.02 rad, and nothing that is 0)",
     )
     take(parser, "high", "band", "memory")
     take_files(parser, table="the table")
@@ -41,4 +43,4 @@ def run(given: argparse.Namespace) -> Reply:
         subject, tolerances, given.high, band=given.band, memory=given.memory, progress=steps()
     )
     write_files(given, advice)
-    return Reply.of(advice, warnings_in_reply=isinstance(subject, Scene))
+    return Reply.of(advice, subject=subject)

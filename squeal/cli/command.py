@@ -88,16 +88,16 @@ class Source:
         at = Place(f"--set {change}")
         name, _, text = change.partition("=")
         group = _keys_of(self.document)
-        otherwise = ""  # how to set what has no key
+        hint = ""  # how to set what has no key
         if group is not SCENE:
-            otherwise = "; another number is set by a parameter that the file names in its place"
+            hint = "; another number is set by a parameter that the file names in its place"
         if "components" in self.document:
-            otherwise += ", one of a component's file by a parameter of its name here"
-        keys, key = group.find(name.strip(), at, otherwise)
+            hint += ", one of a component's file by a parameter of its name here"
+        keys, key = group.find(name.strip(), at, hint)  # keys: one of each level, outermost first
         is_left_out = text.strip() == "null"
         value = scalar(text)
         if not is_left_out:
-            key.kind.read(value, at)
+            key.kind.read(value, at)  # for its refusals alone
         dotted = ".".join(keys)
         for earlier in self.changes:
             # setting `initial` would undo an earlier `initial.x`
@@ -110,10 +110,10 @@ class Source:
             self._put(group, keys, value)
 
     def _leave_out(self, keys: Sequence[str]) -> None:
-        """Remove what keys lead to from the document, if it is there."""
+        """Remove the value under nested keys from the document, if it is there."""
         mapping: Any = self.document
-        for step in keys[:-1]:
-            mapping = mapping.get(step)
+        for key in keys[:-1]:
+            mapping = mapping.get(key)
             if not isinstance(mapping, dict):
                 return
         mapping.pop(keys[-1], None)
@@ -211,11 +211,12 @@ class Reply:
     warnings: Sequence[str] | None = None
 
     @staticmethod
-    def of(*answers: Answer, warnings_in_reply: bool = False, more: str = "") -> Reply:
+    def of(*answers: Answer, subject: object = None, more: str = "") -> Reply:
         """One reply of several answers: the keys of all their objects, and their texts in a row.
 
-        warnings_in_reply: True where the warnings are those on the equilibria of a scene, which the
-        reply then holds, see `Reply`; False where they are given at once. more: follows the texts.
+        subject: what they are of. The warnings of a scene are those on its equilibria, which the
+        reply then holds, see `Reply`; of other subjects they are given at once. more: follows the
+        texts.
         """
 
         def data() -> dict[str, Any]:
@@ -233,10 +234,10 @@ class Reply:
         reasons: list[str] = []
         for answer in answers:
             reasons += answer.warnings
-        if warnings_in_reply:
+        if isinstance(subject, Scene):
             return Reply(data, text, warnings=reasons)
-        for words in reasons:
-            warnings.warn(words, InputWarning, stacklevel=2)
+        for reason in reasons:
+            warnings.warn(reason, InputWarning, stacklevel=2)
         return Reply(data, text)
 
 
@@ -271,9 +272,14 @@ class Parser(argparse.ArgumentParser):
         add = self.add_argument
         if scene:
             add("scene", metavar="SCENE.yaml", help="the scene file; - reads standard input")
-            words = "change one value of the file, such as mu=0.3 or time.stop=0.1; null leaves "
-            words += "it out (repeatable)"
-            add("--set", metavar="NAME=VALUE", action="append", default=[], help=words)
+            add(
+                "--set",
+                metavar="NAME=VALUE",
+                action="append",
+                default=[],
+                help="change one value of the file, such as mu=0.3 or time.stop=0.1; null leaves "
+                "it out (repeatable)",
+            )
         module.options(self)
         add("--json", action="store_true", help="print one JSON object instead")
 
@@ -313,10 +319,10 @@ def _reply(module: ModuleType, given: argparse.Namespace) -> Reply:
         argument = _ARGUMENT.match(str(error))
         if argument is None or argument[1] not in given.typed:
             raise
-        words = str(error)[argument.end() :]
-        raise InputError(f"{given.typed[argument[1]]}: {words}") from None
-    for words in reply.warnings or ():
-        warnings.warn(words, InputWarning, stacklevel=2)
+        reason = str(error)[argument.end() :]
+        raise InputError(f"{given.typed[argument[1]]}: {reason}") from None
+    for warning in reply.warnings or ():
+        warnings.warn(warning, InputWarning, stacklevel=2)
     return reply
 
 
@@ -329,20 +335,22 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
     """
     given = parser.parse_args(arguments)
     has_scene = "scene" in given
-    said: list[str] = []
+    given_warnings: list[str] = []
 
-    def say_once(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
-        words = str(message)
+    def warn_once(
+        message: Warning | str, category: type[Warning], *_: object, **__: object
+    ) -> None:
+        text = str(message)
         if issubclass(category, RuntimeWarning):  # NumPy's of overflow and the like
-            words += f"; {BEYOND}"
-        if words not in said:
-            said.append(words)
-            say(f"squeal: warning: {words}")
+            text += f"; {BEYOND}"
+        if text not in given_warnings:
+            given_warnings.append(text)
+            say(f"squeal: warning: {text}")
 
     with warnings.catch_warnings():
         for kind in (RuntimeWarning, InputWarning):
             warnings.simplefilter("always", kind)
-        warnings.showwarning = say_once
+        warnings.showwarning = warn_once
         reply: Reply = _reply(module, given) if has_scene else module.run(given)
         if not given.json:
             return printed(reply.text())
@@ -350,7 +358,7 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
         if reply.warnings is not None:
             answer["admissible"] = not reply.warnings
         answer |= reply.data()
-    answer["warnings"] = said
+    answer["warnings"] = given_warnings
     inputs = reply.inputs
     if has_scene:
         inputs = given.source.inputs

@@ -12,15 +12,18 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import SWEEP, take, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
-from squeal.io.scene import Scene
 from squeal.schema import Angle, Place, scalar
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal conditions`."""
-    words = "a parameter and its values: N from A to B, or a list (repeatable)"
     parser.add_argument(
-        "--axis", metavar="NAME=VALUES", action="append", default=[], required=True, help=words
+        "--axis",
+        metavar="NAME=VALUES",
+        action="append",
+        default=[],
+        required=True,
+        help="a parameter and its values: N from A to B, or a list (repeatable)",
     )
     take(parser, "band", "memory")
     take_files(parser, table="the conditions", figure="the matrix of the conditions")
@@ -45,8 +48,9 @@ def _listed(values: str) -> list[float]:
     for text in values.split(","):
         number = Angle().convert(scalar(text))
         if number is None:
-            words = "NAME=A:B:N or NAME=A,B,... with finite numbers"
-            raise InputError(f"is not allowed; it must be {words}")
+            raise InputError(
+                "is not allowed; it must be NAME=A:B:N or NAME=A,B,... with finite numbers"
+            )
         numbers.append(number)
     return numbers
 
@@ -59,4 +63,4 @@ def run(given: argparse.Namespace) -> Reply:
         subject, axes, band=given.band, memory=given.memory, progress=steps()
     )
     write_files(given, answer)
-    return Reply.of(answer, warnings_in_reply=isinstance(subject, Scene))
+    return Reply.of(answer, subject=subject)

@@ -36,11 +36,23 @@ ORDERS = numbers(
 
 def options(parser: Parser) -> None:
     """Options of `squeal critical-speeds`."""
-    words = "highest speed, rad/s (required)"
-    add_option(parser, "--max --mu-max", dest="high", metavar="VALUE", read=NUMBER, help=words)
+    add_option(
+        parser,
+        "--max --mu-max",
+        dest="high",
+        metavar="VALUE",
+        read=NUMBER,
+        help="highest speed, rad/s (required)",
+    )
     take(parser, "low", "band", "memory")
-    words = "multiples of the speed: one, or LOW:HIGH in steps of 1 (1)"
-    add_option(parser, "--orders", metavar="LOW:HIGH", read=ORDERS, default=(1.0,), help=words)
+    add_option(
+        parser,
+        "--orders",
+        metavar="LOW:HIGH",
+        read=ORDERS,
+        default=(1.0,),
+        help="multiples of the speed: one, or LOW:HIGH in steps of 1 (1)",
+    )
     take_files(parser, table="the critical speeds", figure="the Campbell diagram")
 
 

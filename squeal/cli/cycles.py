@@ -15,10 +15,19 @@ from squeal.queries.cycles import WINDOWS
 def options(parser: Parser) -> None:
     """Options of `squeal cycles`."""
     add = parser.add_argument
-    words = "follow the motion over this parameter, such as mu:0.1:0.6"
-    add("--over", metavar="NAME:LOW:HIGH", read=named_range, help=words)
-    words = f"times of the scene in which its motion may settle ({WINDOWS})"
-    add("--windows", metavar="N", read=whole(1, 100_000), default=WINDOWS, help=words)
+    add(
+        "--over",
+        metavar="NAME:LOW:HIGH",
+        read=named_range,
+        help="follow the motion over this parameter, such as mu:0.1:0.6",
+    )
+    add(
+        "--windows",
+        metavar="N",
+        read=whole(1, 100_000),
+        default=WINDOWS,
+        help=f"times of the scene in which its motion may settle ({WINDOWS})",
+    )
     take_files(parser, table="the cycles", figure="amplitude over the parameter, beside sliding")
 
 

@@ -26,19 +26,28 @@ def options(parser: Parser) -> None:
     """Options of `squeal eigenvalues`."""
     take(parser, "values", "workers", "band", "width")
     add = parser.add_argument
-    words = "how each eigenvalue moves with each parameter"
-    add("--sensitivity", action="store_true", help=words)
-    words = (
-        "what each term of M, C, K does to growth and frequency of each mode, also over a --sweep"
+    add(
+        "--sensitivity",
+        action="store_true",
+        help="how each eigenvalue moves with each parameter",
     )
-    add("--energy", action="store_true", help=words)
-    words = (
-        "let a referee judge the roots: the default for pads and systems of up to 400 rows; larger "
-        "ones need --band"
+    add(
+        "--energy",
+        action="store_true",
+        help="what each term of M, C, K does to growth and frequency of each mode, also over a "
+        "--sweep",
     )
-    add("--prove", action=argparse.BooleanOptionalAction, help=words)
-    words = "also print the rounding bound that the verdict was compared with"
-    add("--verbose", action="store_true", help=words)
+    add(
+        "--prove",
+        action=argparse.BooleanOptionalAction,
+        help="let a referee judge the roots: the default for pads and systems of up to 400 rows; "
+        "larger ones need --band",
+    )
+    add(
+        "--verbose",
+        action="store_true",
+        help="also print the rounding bound that the verdict was compared with",
+    )
     take(parser, "at", "modes", "region", "method", "memory", "shape", "test")
     take_changes(parser)
     take_files(
@@ -84,7 +93,7 @@ def run(given: argparse.Namespace) -> Reply:
     _write(given, spectrum, sweep)
     return Reply.of(
         *filter(None, answers),
-        warnings_in_reply=isinstance(subject, Scene),
+        subject=subject,
         more=_notes(given, subject, spectrum),
     )
 

@@ -19,13 +19,26 @@ def options(parser: Parser) -> None:
     """Options of `squeal example`."""
     names = ", ".join(EXAMPLES)
     parser.add_argument("name", nargs="?", metavar="NAME", help=f"{names}; left out: list them")
-    words = "of a brake of solids, at least so many degrees of freedom (500)"
-    rows = whole(500, 1_000_000)
-    parser.add_argument("--rows", metavar="N", read=rows, default=Size.rows, help=words)
-    words = "whose program's files a brake of solids has (abaqus)"
-    parser.add_argument("--format", choices=FORMS, default=Size.form, help=words)
-    words = "a folder (this one); nothing in it is overwritten"
-    parser.add_argument("--to", type=Path, metavar="FOLDER", default=Path(), help=words)
+    parser.add_argument(
+        "--rows",
+        metavar="N",
+        read=whole(500, 1_000_000),
+        default=Size.rows,
+        help="of a brake of solids, at least so many degrees of freedom (500)",
+    )
+    parser.add_argument(
+        "--format",
+        choices=FORMS,
+        default=Size.form,
+        help="whose program's files a brake of solids has (abaqus)",
+    )
+    parser.add_argument(
+        "--to",
+        type=Path,
+        metavar="FOLDER",
+        default=Path(),
+        help="a folder (this one); nothing in it is overwritten",
+    )
 
 
 def run(given: argparse.Namespace) -> Reply:

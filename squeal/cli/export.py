@@ -47,10 +47,15 @@ class _Exported:
 
 def options(parser: Parser) -> None:
     """Options of `squeal export`."""
-    words = "a new or empty folder"
-    parser.add_argument("--output", metavar="FOLDER", read=Path, required=True, help=words)
-    words = "how matrices are written (mtx)"
-    parser.add_argument("--format", choices=("mtx", "mat", "npz"), default="mtx", help=words)
+    parser.add_argument(
+        "--output", metavar="FOLDER", read=Path, required=True, help="a new or empty folder"
+    )
+    parser.add_argument(
+        "--format",
+        choices=("mtx", "mat", "npz"),
+        default="mtx",
+        help="how matrices are written (mtx)",
+    )
     take(parser, "method", "band", "region", "values", "memory")
 
 
@@ -66,8 +71,8 @@ def run(given: argparse.Namespace) -> Reply:
     elif given.method is None and subject.assembly is not None:  # `full` writes them joined
         exported = _export_assembly(given, subject)
     elif given.method in (None, "full"):
-        whole = "a whole system; --method reduced or modal takes it"
-        refuse(given, "band", "region", "values", beside=whole)
+        whole_system = "a whole system; --method reduced or modal takes it"
+        refuse(given, "band", "region", "values", beside=whole_system)
         files = write_system(folder, subject.system, given.format)
         exported = _Exported(subject.system, files)
     else:
@@ -128,8 +133,11 @@ def _export_reduced(given: argparse.Namespace, subject: "SystemFile") -> _Export
     )
     reduction = analysis.reduced(given.values, given.method)
     if reduction.spurious:
-        words = f"the reduced system has {reduction.spurious} roots that the full one has not"
-        warnings.warn(words, InputWarning, stacklevel=2)
+        warnings.warn(
+            f"the reduced system has {reduction.spurious} roots that the full one has not",
+            InputWarning,
+            stacklevel=2,
+        )
     system = reduction.standalone_system
     files = write_system(given.output, system, given.format)
     basis = basis_of(reduction, analysis.selection)

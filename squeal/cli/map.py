@@ -28,11 +28,18 @@ POINTS_OF_SYSTEM = 41
 def options(parser: Parser) -> None:
     """Options of `squeal map`."""
     take(parser, "n", "first", "second")
-    words = "contours beside the verdicts: critical-friction, growth, frequency"
-    parser.add_argument("--quantity", metavar="NAME", help=words)
+    parser.add_argument(
+        "--quantity",
+        metavar="NAME",
+        help="contours beside the verdicts: critical-friction, growth, frequency",
+    )
     take(parser, "workers", "band", "memory")
-    curves = "the curves on which stability is lost"
-    take_files(parser, table="the verdicts", figure="the map", curves=curves)
+    take_files(
+        parser,
+        table="the verdicts",
+        figure="the map",
+        curves="the curves on which stability is lost",
+    )
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -58,9 +65,13 @@ def run(given: argparse.Namespace) -> Reply:
     if given.curves is not None:
         answer.curves().save(given.curves)
         if not answer.details["threshold_curve"]:
-            words = "without a curve: no two neighbours differ in whether something grows"
-            warnings.warn(f"{as_typed(given, 'curves')}: {words}", InputWarning, stacklevel=2)
-    return Reply.of(answer, warnings_in_reply=is_scene)
+            warnings.warn(
+                f"{as_typed(given, 'curves')}: without a curve: no two neighbours differ in "
+                "whether something grows",
+                InputWarning,
+                stacklevel=2,
+            )
+    return Reply.of(answer, subject=subject)
 
 
 def _axis(given: argparse.Namespace, option: str, is_scene: bool) -> squeal.Axis:

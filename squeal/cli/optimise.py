@@ -16,15 +16,23 @@ from squeal.schema import Place
 
 def options(parser: Parser) -> None:
     """Options of `squeal optimise`."""
-    words = "a parameter and the range in which it may lie (repeatable)"
     parser.add_argument(
-        "--bounds", metavar="NAME:LOW:HIGH", action="append", required=True, help=words
+        "--bounds",
+        metavar="NAME:LOW:HIGH",
+        action="append",
+        required=True,
+        help="a parameter and the range in which it may lie (repeatable)",
     )
     take(parser, "band")
     add = parser.add_argument
     add("--starts", metavar="N", read=whole(1, 10_000), default=4, help="number of searches (4)")
-    words = "of the random numbers from which they start (1)"
-    add("--seed", metavar="N", read=whole(0, 2**32 - 1), default=1, help=words)
+    add(
+        "--seed",
+        metavar="N",
+        read=whole(0, 2**32 - 1),
+        default=1,
+        help="of the random numbers from which they start (1)",
+    )
     take(parser, "region", "memory")
     take_files(parser, table="the parameters")
 

@@ -62,8 +62,8 @@ def numbers(
 
 def whole(low: int, high: int = 10**9) -> Read:
     """What reads a whole number in a range."""
-    words = f"a whole number from {low} to {high}"
-    return numbers(words, lambda n: n == int(n) and low <= n <= high, int)
+    allowed = f"a whole number from {low} to {high}"
+    return numbers(allowed, lambda n: n == int(n) and low <= n <= high, int)
 
 
 def named_range(text: str) -> Range:
@@ -73,8 +73,7 @@ def named_range(text: str) -> Range:
     match values:
         case [float(low), float(high)] if low < high:
             return Range(name, low, high)
-    words = "NAME:LOW:HIGH with LOW < HIGH, such as mu:0.1:0.6"
-    raise InputError(f"is not allowed; it must be {words}")
+    raise InputError("is not allowed; it must be NAME:LOW:HIGH with LOW < HIGH, such as mu:0.1:0.6")
 
 
 def axis(text: str) -> AxisRange:
@@ -254,18 +253,21 @@ def take_files(parser: Grouped, **contents: str) -> None:
     """Options that name a file to write, such as table="the verdicts"."""
     for key, content in contents.items():
         names, heads = FILE_OPTIONS[key]
-        words = f"write {content} to FILE"
+        about = f"write {content} to FILE"
         if heads:
-            words += f", whose name ends in {' or '.join(heads)}"
-        add_option(parser.groups[FILES], names, dest=key, metavar="FILE", read=Path, help=words)
+            about += f", whose name ends in {' or '.join(heads)}"
+        add_option(parser.groups[FILES], names, dest=key, metavar="FILE", read=Path, help=about)
 
 
 def take_changes(parser: Grouped) -> None:
     """The option that gives matrices whose influence is wanted."""
-    words = "--sensitivity to a change that is no parameter too: what it adds to K, or to M or C "
-    words += "(NAME.M, NAME.C; repeatable)"
-    group = parser.groups[SYSTEMS]
-    group.add_argument("--change", metavar="NAME.K=FILE", action="append", help=words)
+    parser.groups[SYSTEMS].add_argument(
+        "--change",
+        metavar="NAME.K=FILE",
+        action="append",
+        help="--sensitivity to a change that is no parameter too: what it adds to K, or to M or C "
+        "(NAME.M, NAME.C; repeatable)",
+    )
 
 
 def changes(given: argparse.Namespace) -> dict[str, dict[str, str]] | None:
@@ -275,8 +277,10 @@ def changes(given: argparse.Namespace) -> dict[str, dict[str, str]] | None:
         key, _, file = change.partition("=")
         name, _, part = key.strip().rpartition(".")
         if not (name and file) or part in matrices.setdefault(name, {}):
-            words = "is not allowed; it must be NAME.M, NAME.C or NAME.K=FILE, each given once"
-            raise InputError(f"--change {change}: {words}")
+            raise InputError(
+                f"--change {change}: is not allowed; it must be NAME.M, NAME.C or NAME.K=FILE, "
+                "each given once"
+            )
         matrices[name][part] = file
     return matrices or None
 

@@ -44,7 +44,7 @@ def run(given: argparse.Namespace) -> Reply:
     )
     if given.page is not None:
         answer.save(given.page, given.source.inputs)
-    return Reply.of(answer, warnings_in_reply=isinstance(subject, Scene))
+    return Reply.of(answer, subject=subject)
 
 
 def _read_parts(path: Path, subject: "Scene | SystemFile") -> dict[str, list[int]]:

@@ -16,11 +16,19 @@ from squeal.schema import Place
 
 def options(parser: Parser) -> None:
     """Options of `squeal scatter`."""
-    words = "how parameters scatter, how many samples are drawn, and how"
-    parser.add_argument("scatter", type=Path, metavar="SPREADS.yaml", help=words)
-    words = "the first loss of stability (threshold), or the largest growth rate in --band (growth)"
-    choices = ("threshold", "growth")
-    parser.add_argument("--of", choices=choices, default="threshold", help=words)
+    parser.add_argument(
+        "scatter",
+        type=Path,
+        metavar="SPREADS.yaml",
+        help="how parameters scatter, how many samples are drawn, and how",
+    )
+    parser.add_argument(
+        "--of",
+        choices=("threshold", "growth"),
+        default="threshold",
+        help="the first loss of stability (threshold), or the largest growth rate in --band "
+        "(growth)",
+    )
     take(parser, "high", "band", "workers")
     take_files(
         parser,

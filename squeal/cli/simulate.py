@@ -19,8 +19,11 @@ LEAST = 4_000  # samples of a picture
 
 def options(parser: Parser) -> None:
     """Options of `squeal simulate`."""
-    picture = "a picture of forces, position of the reaction, contact states and spectrum"
-    take_files(parser, table="the history", figure=picture)
+    take_files(
+        parser,
+        table="the history",
+        figure="a picture of forces, position of the reaction, contact states and spectrum",
+    )
     parser.add_argument(
         "--integrator",
         choices=("auto", "heyoka", "scipy"),

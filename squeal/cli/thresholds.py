@@ -11,7 +11,6 @@ import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take, take_changes, take_files, write_files
 from squeal.cli.streams import steps
-from squeal.io.scene import Scene
 from squeal.io.writing import Answer
 from squeal.queries.options import upper_end
 
@@ -19,10 +18,17 @@ from squeal.queries.options import upper_end
 def options(parser: Parser) -> None:
     """Options of `squeal thresholds`."""
     take(parser, "high")
-    words = "how the first loss of stability moves with each parameter"
-    parser.add_argument("--sensitivity", action="store_true", help=words)
-    words = "whether a referee judges them, of up to 400 rows; left out, of a pad and up to 40 rows"
-    parser.add_argument("--prove", action=argparse.BooleanOptionalAction, help=words)
+    parser.add_argument(
+        "--sensitivity",
+        action="store_true",
+        help="how the first loss of stability moves with each parameter",
+    )
+    parser.add_argument(
+        "--prove",
+        action=argparse.BooleanOptionalAction,
+        help="whether a referee judges them, of up to 400 rows; left out, of a pad and up to 40 "
+        "rows",
+    )
     take(parser, "workers", "low", "band", "region", "memory")
     take_changes(parser)
     take_files(parser, table="the thresholds", figure="a picture of the way to them")
@@ -50,4 +56,4 @@ def run(given: argparse.Namespace) -> Reply:
         )
         answers.append(sensitivity)
     write_files(given, thresholds, high=high)
-    return Reply.of(*answers, warnings_in_reply=isinstance(subject, Scene))
+    return Reply.of(*answers, subject=subject)
