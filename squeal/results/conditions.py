@@ -159,18 +159,19 @@ class Conditions(Answer):
         for mode in sorted(grown):
             at, fastest = max(grown[mode], key=lambda pair: pair[1].growth_rate)
             hertz = [row.frequency_hz for _, row in grown[mode]]
-            propensity = ModePropensity(
-                mode=mode,
-                low_hz=min(hertz),
-                high_hz=max(hertz),
-                unstable=len(hertz),
-                propensity=len(hertz) / self.solved,
-                frequency_hz=fastest.frequency_hz,
-                growth_rate=fastest.growth_rate,
-                damping_ratio=fastest.damping_ratio,
-                at=at.parameters,
+            modes.append(
+                ModePropensity(
+                    mode=mode,
+                    low_hz=min(hertz),
+                    high_hz=max(hertz),
+                    unstable=len(hertz),
+                    propensity=len(hertz) / self.solved,
+                    frequency_hz=fastest.frequency_hz,
+                    growth_rate=fastest.growth_rate,
+                    damping_ratio=fastest.damping_ratio,
+                    at=at.parameters,
+                )
             )
-            modes.append(propensity)
         return modes
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -38,8 +39,8 @@ class ModeShape:
     """The shape (n,) of one mode, complex.
 
     number: by rising frequency, from 1; a pair of eigenvalues is one mode. shape: scaled so that
-    the entry of levers * shape with the largest absolute value is 1; a rotation is thus one over a
-    length.
+    the entry of levers * shape with the largest absolute value is 1, see `mode_shapes`; a rotation
+    is thus one over a length.
     """
 
     number: int
@@ -90,6 +91,32 @@ def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> 
         row |= {"real": mode.shape.real.tolist(), "imag": mode.shape.imag.tolist()}
         rows.append(row)
     return {"coordinates": list(names), "normalisation": rule, "shapes": rows}
+
+
+def eigenvalues_of_arrays(
+    values: NDArray[np.complex128],
+    residuals: NDArray[np.float64],
+    rounding: NDArray[np.float64],
+    right: NDArray[np.complex128] | None = None,
+) -> tuple[Eigenvalue, ...]:
+    """Roots (m,) without left vectors.
+
+    values in rad/s; residuals: backward errors; rounding: how far they may be off, 1/s; right:
+    right vectors (k, m), of no length if left out.
+    """
+    no_vector = np.empty(0, dtype=complex)
+    roots = []
+    for k, value in enumerate(values.tolist()):
+        root = Eigenvalue(
+            value,
+            right=no_vector if right is None else right[:, k],
+            left=no_vector,
+            residual=float(residuals[k]),
+            condition=math.nan,
+            rounding=float(rounding[k]),
+        )
+        roots.append(root)
+    return tuple(roots)
 
 
 class KnowsOnsets(Protocol):
@@ -199,16 +226,19 @@ class Eigenvalues(Answer):
         >>> [found.mode_of(mode) for mode in found.unstable]
         [1]
         """
-        is_equal = np.abs(self.values - mode.root) <= SAME * abs(mode.root)
-        if not is_equal.any():
+        tolerance = SAME * abs(mode.root)
+        numbers = self.modes[np.abs(self.values - mode.root) <= tolerance].tolist()
+        if not numbers:
             return None
-        numbers = self.modes[is_equal].tolist()
-        # several unstable modes may have equal roots: number k of them has number k of the listed
-        # roots with this value, or the last number if fewer are listed. A mode of another answer is
-        # none of them, and has the first number
-        same = [one for one in self.unstable if abs(one.root - mode.root) <= SAME * abs(mode.root)]
-        k = next((k for k, one in enumerate(same) if one is mode), 0)
-        return int(numbers[min(k, len(numbers) - 1)])
+        # several unstable modes may have this root: the first of them has the first number, and so
+        # on, the last number if fewer roots are listed. A mode of another answer has the first one
+        position = 0
+        for other in self.unstable:
+            if other is mode:
+                return int(numbers[min(position, len(numbers) - 1)])
+            if abs(other.root - mode.root) <= tolerance:
+                position += 1
+        return int(numbers[0])
 
     def save_shapes(self, path: Path | str) -> None:
         """Write the shapes of the modes on the nodes of a system with coordinates, as VTK (.vtk)
@@ -287,8 +317,9 @@ class Eigenvalues(Answer):
     def limit_hz(self) -> float | None:
         """The frequency at which undamped modes coincide in one shape to rounding, None if none do.
 
-        Beside the modes a motion t sin(omega t) is possible then. The drift of a free body, at
-        zero, is no such limit. Known only where the details hold the matrices.
+        At such a root z fewer independent vectors x solve (z^2 M + z C + K) x = 0 than roots
+        coincide: a motion t sin(omega t) is possible. The drift of a free body, at zero, is no such
+        limit. Known only where the details hold the matrices.
         """
         if "K" not in self.details:
             return None
@@ -296,12 +327,13 @@ class Eigenvalues(Answer):
         for root in self.eigenvalues:
             z = root.value
             rounding = 2 * root.rounding + EPS * abs(z)
-            coinciding = np.sum(np.abs(self.values - z) <= rounding)
-            if root.kind == "marginal" and z.imag > 0.0 and coinciding > 1:
-                # the error of this matrix hides none of the null vectors at the true root
+            coinciding_roots = np.sum(np.abs(self.values - z) <= rounding)
+            if root.kind == "marginal" and z.imag > 0.0 and coinciding_roots > 1:
+                P = z * z * M + z * C + K
+                # how far P is off by rounding of K and of z: smaller singular values count as zero
                 error = EPS * np.linalg.norm(K) + rounding * np.linalg.norm(2 * abs(z) * M + abs(C))
-                rank = np.linalg.matrix_rank(z * z * M + z * C + K, len(K) * error)
-                if len(K) - rank < coinciding:
+                shapes = len(P) - np.linalg.matrix_rank(P, tol=len(P) * error)
+                if shapes < coinciding_roots:
                     return root.frequency_hz
         return None
 

@@ -101,35 +101,30 @@ class Map(Answer):
     def share(self) -> dict[str, float]:
         """Share of the area for each verdict."""
         counts = np.bincount(self.codes.ravel(), minlength=len(self.verdicts))
-        shares = {}
-        for verdict, count in zip(self.verdicts, counts.tolist(), strict=True):
-            shares[verdict] = count / self.codes.size
-        return shares
+        shares = counts / self.codes.size
+        return dict(zip(self.verdicts, shares.tolist(), strict=True))
 
     def table(self) -> Table:
-        # name, unit and values (n1, n2) of the columns behind those of both parameters
-        columns = [("verdict", "", np.array(self.verdicts)[self.codes])]
+        # of each column its name, unit and values (n1, n2)
+        results = [("verdict", "", np.array(self.verdicts)[self.codes])]
         if self.quantity is not None:
-            columns.append(self.quantity)
+            results.append(self.quantity)
         if self.admissible is not None:
-            columns.append(("admissible", "", 1 * self.admissible))
-        names = [name for name, _, _ in columns]
+            results.append(("admissible", "", 1 * self.admissible))
+        names = [name for name, _, _ in results]
         first, second = self.axes
         grid = np.meshgrid(first.values, second.values, indexing="ij")
-        heads = []
-        cells = []  # of each column the values of all points
+        columns = []
         for axis, unit, values in zip(self.axes, self.units, grid, strict=True):
-            heads.append((parameter_heading(axis.name, names), unit))
-            cells.append(values.ravel().tolist())
-        for name, unit, values in columns:
-            heads.append((name, unit))
-            cells.append(values.ravel().tolist())
+            columns.append((parameter_heading(axis.name, names), unit, values))
+        columns += results
+        heads = [(name, unit) for name, unit, _ in columns]
+        cells = [values.ravel().tolist() for _, _, values in columns]  # of each column
         return Table(in_order(heads), list(zip(*cells, strict=True)))
 
     def parts(self) -> Sequence[str | Table]:
-        a, b = self.axes
-        rows, columns = self.codes.shape
-        title = f"share of the area: {a.name} x {b.name}, {rows} x {columns} points"
+        first, second = self.axes
+        title = f"share of the area: {first.name} x {second.name}, {first.n} x {second.n} points"
         share = Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}")
         shares = (Column("verdict", value=itemgetter(0)), share)
         return [Table(shares, list(self.share.items()), title), *self.notes]
@@ -152,9 +147,9 @@ class Map(Answer):
         if "threshold_curve" not in self.details:
             raise InputError("curves: were not computed; map(..., curves=True) does so")
         rows = []
-        for number, curve in enumerate(self.details["threshold_curve"], 1):
+        for curve_number, curve in enumerate(self.details["threshold_curve"], 1):
             for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True):
-                rows.append((number, *point, curve["kind"], hertz))
+                rows.append((curve_number, *point, curve["kind"], hertz))
         names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
         return Table(in_order(zip(names, ["", *self.units, "", ""], strict=True)), rows)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from operator import attrgetter
@@ -26,7 +25,7 @@ from squeal.results.columns import (
     rounded_growth,
     with_unit,
 )
-from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.eigenvalues import Eigenvalues, eigenvalues_of_arrays
 from squeal.results.sources import Source, unit_of
 
 LISTED = 8  # frequencies in a line of a table
@@ -94,20 +93,8 @@ class Step:
         """The roots without their vectors; none where the branch does not reach."""
         if self.roots is None or self.residuals is None:
             return ()
-        no_vector = np.empty(0, dtype=complex)
         rounding = np.zeros_like(self.residuals) if self.rounding is None else self.rounding
-        eigenvalues = []
-        for k, root in enumerate(self.roots.tolist()):
-            eigenvalue = Eigenvalue(
-                root,
-                right=no_vector,
-                left=no_vector,
-                residual=float(self.residuals[k]),
-                condition=math.nan,
-                rounding=float(rounding[k]),
-            )
-            eigenvalues.append(eigenvalue)
-        return tuple(eigenvalues)
+        return eigenvalues_of_arrays(self.roots, self.residuals, rounding)
 
     @property
     def fastest(self) -> Eigenvalue | None:
@@ -225,7 +212,7 @@ class SweptMode:
         onset = interval = None
         for (low, before), (high, after) in itertools.pairwise(path):
             if after.kind in GROWING and before.kind not in GROWING:
-                rate_before = min(before.growth_rate, 0.0)  # one within rounding counts as zero
+                rate_before = min(before.growth_rate, 0.0)  # above zero by rounding: counts as zero
                 share = rate_before / (rate_before - after.growth_rate)
                 onset = low + (high - low) * share
                 interval = (low, high)
@@ -255,7 +242,8 @@ class _Row(NamedTuple):
         if self.root is None:
             return None
         corrected = self.step.corrected
-        if corrected is not None and corrected[self.step.roots == self.root.value].any():
+        is_this_root = self.step.roots == self.root.value
+        if corrected is not None and corrected[is_this_root].any():
             return "corrected"
         return "estimated"
 

@@ -19,6 +19,7 @@ from squeal.linear.system import TermSystem
 from squeal.numerics.differentiation import Parameters
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
 from squeal.queries.systems.verdicts import rounding_of, verdict_of_some
+from squeal.results.eigenvalues import eigenvalues_of_arrays
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dispersive import DispersiveReduction, frequencies
@@ -204,32 +205,10 @@ def estimated_roots(reduction: Reduction, changes: Parameters) -> tuple[Eigenval
         # of a first look fewer roots have vectors: the others get that of the nearest one
         distances = np.abs(roots.with_vectors.values[:, None] - roots.values)
         right = right[:, np.argmin(distances, axis=0)]
-    return without_left_vectors(roots.values, roots.residuals, roots.rounding, right)
-
-
-def without_left_vectors(
-    values: ComplexArray,
-    residuals: Array,
-    rounding: Array,
-    right: ComplexArray,
-) -> tuple[Eigenvalue, ...]:
-    """Roots (m,) with right vectors (k, m), by rising frequency; k is 0 without vectors.
-
-    values in rad/s; residuals: backward errors; rounding: how far they may be off, 1/s.
-    """
-    no_vector = np.empty(0, dtype=complex)
-    roots = []
-    for k in ordered(values):
-        root = Eigenvalue(
-            complex(values[k]),
-            right=right[:, k],
-            left=no_vector,
-            residual=float(residuals[k]),
-            condition=math.nan,
-            rounding=float(rounding[k]),
-        )
-        roots.append(root)
-    return tuple(roots)
+    order = ordered(roots.values)
+    return eigenvalues_of_arrays(
+        roots.values[order], roots.residuals[order], roots.rounding[order], right[:, order]
+    )
 
 
 def growth_limit(selection: EigenvalueSelection, region: Rectangle) -> float | None:

@@ -24,7 +24,7 @@ from squeal.linear.matrices import (
     unit_diagonal,
 )
 from squeal.linear.paths import Indices, mode_numbers
-from squeal.linear.roots import STIFF, hides_slow_roots, lowest, roots_of
+from squeal.linear.roots import STIFF, hides_slow_roots, lowest, ordered, roots_of
 from squeal.linear.system import TermSystem
 from squeal.numerics.differentiation import Parameters
 from squeal.queries.systems.all_roots import is_small
@@ -38,7 +38,7 @@ from squeal.queries.systems.proofs import (
     exact_spectrum,
     refereed,
 )
-from squeal.queries.systems.reduced import growth_limit, reduced_for, without_left_vectors
+from squeal.queries.systems.reduced import growth_limit, reduced_for
 from squeal.queries.systems.region_ends import (
     NARROW,
     ROUGH,
@@ -49,6 +49,7 @@ from squeal.queries.systems.region_ends import (
 )
 from squeal.queries.systems.verdicts import judge_roots, rounding_of
 from squeal.results.columns import OPEN
+from squeal.results.eigenvalues import eigenvalues_of_arrays
 from squeal.results.sources import LOWEST, EigenvalueSelection
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.dense import dense_spectrum
@@ -313,8 +314,8 @@ def roots_of_first_look(
     estimate = first_look.estimate_by_basis(changes)
     values = estimate.values
     errors = np.maximum(estimate.errors, rounding_of(first_look.scaled.system, values))
-    no_vectors = np.empty((0, len(values)), dtype=complex)
-    roots = without_left_vectors(values, estimate.residuals, errors, no_vectors)
+    order = ordered(values)
+    roots = eigenvalues_of_arrays(values[order], estimate.residuals[order], errors[order])
     verdict, criterion = judge_roots(roots, complete=False)
     return SystemRoots(
         eigenvalues=roots,
