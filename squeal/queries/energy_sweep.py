@@ -209,9 +209,9 @@ def _numbers_in_sweep(step: Step, eigenvalues: Eigenvalues) -> dict[int, int | N
     A number is None where the sweep has lost which mode is which.
     """
     assert step.roots is not None
-    distances = np.abs(eigenvalues.values[:, None] - step.roots)
+    distances = np.abs(eigenvalues.values[:, None] - step.roots)  # rad/s
     number_of: dict[int, int | None] = {}
     # two real roots may be one mode: the first of them gives the number
-    for k, nearest in np.transpose(linear_sum_assignment(distances)).tolist():
-        number_of.setdefault(int(eigenvalues.modes[k]), step.mode_numbers[nearest])
+    for k, root in np.transpose(linear_sum_assignment(distances)).tolist():  # pairs of indices
+        number_of.setdefault(int(eigenvalues.modes[k]), step.mode_numbers[root])
     return number_of

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # pads start without the solvers of systems
     from squeal.queries.systems.system_analysis import SystemAnalysis
     from squeal.sparse.reduction import Reduction
 
-CORNERS = 5  # values of each parameter, evenly chosen, that a reduced system is made at
+BASIS_VALUES = 5  # of each parameter, evenly chosen, that a reduced system is made at
 
 
 @public
@@ -77,7 +77,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     """Compute the verdict on the selected roots of a system over two named parameters.
 
     Up to 400 rows every point is solved in full. A larger system is solved on a reduced one, which
-    is made at `CORNERS` values of each parameter.
+    is made at `BASIS_VALUES` values of each parameter.
     """
     from squeal.io.processes import counted, mapped
     from squeal.queries.systems.all_roots import is_small
@@ -94,8 +94,8 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     refuse_without_effect(analysis.file, [axis.name for axis in axes], Place("map", "axes"))
     reduction = None
     if not is_small(system):
-        corners = _points(axes, [np.linspace(axis.low, axis.high, CORNERS) for axis in axes])
-        reduction = reduced_for(system, selection, corners, method="modal")
+        values = [np.linspace(axis.low, axis.high, BASIS_VALUES) for axis in axes]
+        reduction = reduced_for(system, selection, _points(axes, values), method="modal")
     points = _points(axes, [axis.values for axis in axes])
     computed = mapped(_verdict_and_growth, points, workers, (system, selection, reduction))
     # verdict and growth of each point, in the order of the points
@@ -131,7 +131,10 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
 
 
 def _points(axes: tuple[Axis, Axis], values: list[np.ndarray]) -> list[dict[str, float]]:
-    """Both parameters at each point of a grid, the second one fastest."""
+    """Both parameters at each point of a grid, the second one varying fastest.
+
+    values: of the first parameter (n1,), and of the second one (n2,).
+    """
     points = []
     for first in values[0].tolist():
         for second in values[1].tolist():
@@ -142,17 +145,18 @@ def _points(axes: tuple[Axis, Axis], values: list[np.ndarray]) -> list[dict[str,
 def _verdict_and_growth(
     common: tuple[System, EigenvalueSelection, Reduction | None], at: Mapping[str, float]
 ) -> tuple[str, float]:
-    """The verdict and the largest growth rate (1/s, NaN without a root) at one point of a chart.
+    """The verdict and the largest growth rate (1/s, NaN without a root) at one point of a map.
 
-    A task of a process: `common` is what all points share, `at` the values of both parameters.
+    A task of a process: `common` is what all points share, `at` the values of both parameters by
+    name.
     """
     from squeal.queries.systems.all_roots import roots_of_all
     from squeal.queries.systems.verdicts import UNCOUNTED, rounding_of, verdict_of, verdict_of_some
     from squeal.sparse.first_look import FirstLook
 
     system, selection, reduction = common
-    # how far each root (m,) of a first look may lie off, 1/s. Of other roots rounding alone counts,
-    # and one zero stands for all
+    # how far each root (m,) of a first look may lie off, 1/s. Of other roots rounding alone counts:
+    # one zero stands for all
     errors = np.zeros(1)
     if isinstance(reduction, FirstLook):
         estimate = reduction.estimate(at)

@@ -16,11 +16,11 @@ from squeal.results.sources import PadSource, unit_of
 from squeal.results.sweep import Step, Sweep
 
 GROWS = 1e-9  # of |lambda|: a growth rate below is rounding
-NEAREST = 0.1  # of the frequency: no partner is farther from a mode where it grows
+NEAREST = 0.1  # of the frequency of a mode where it grows: no partner is farther away
 NEARER = 0.5  # of their first distance: two frequencies nearer than that come together
 TWINS = 0.05  # of the frequency: so near are the two whirls of a shaft on unlike bearings
-FED = 0.25  # of the rise of a growth rate: that of a partner falls by as much at least
-NEAR = 0.01  # of |lambda|: so far a root of a sweep is from that of the full system, at most
+FED = 0.25  # of the rise of a mode's growth rate: by so much at least that of its partner falls
+NEAR = 0.01  # of |lambda|: no root of a sweep is farther from that of the full system
 
 
 class Paths:
@@ -47,17 +47,18 @@ class Paths:
     def __init__(self, sweep: Sweep) -> None:
         self.values = values = np.array([step.value for step in sweep.steps])
         path_of: dict[int, ComplexArray] = {}
-        of_step: list[dict[int, complex]] = []  # of each step the roots by the mode numbers there
+        roots_of_steps: list[dict[int, complex]] = []  # of each step by the mode numbers there
         for k, step in enumerate(sweep.steps):
-            of_step.append({mode: root.value for mode, root in step.root_of_mode().items()})
-            for number, root in of_step[k].items():
+            roots = {mode: root.value for mode, root in step.root_of_mode().items()}
+            roots_of_steps.append(roots)
+            for mode, root in roots.items():
                 if root.imag > 0.0:
-                    path = path_of.setdefault(number, np.full(len(values), np.nan, dtype=complex))
+                    path = path_of.setdefault(mode, np.full(len(values), np.nan, dtype=complex))
                     path[k] = root
         # a mode that ended and went on under another number has the lower number from here on
         lower = _join(path_of, sweep.losses)
         self.by_value: dict[float, dict[int, complex]] = {}
-        for value, roots in zip(values.tolist(), of_step, strict=True):
+        for value, roots in zip(values.tolist(), roots_of_steps, strict=True):
             self.by_value[value] = {lower.get(mode, mode): root for mode, root in roots.items()}
         self.path_of = path_of
         self.at = {mode: values[np.isfinite(path)] for mode, path in path_of.items()}
@@ -66,7 +67,7 @@ class Paths:
         growing = [mode for mode, roots in self.roots.items() if is_growing(roots).any()]
         self.growing = sorted(growing, key=self._rank, reverse=True)
         self.groups: list[tuple[int, ...]] = []
-        is_speed = bool(unit_of(sweep.source))
+        is_speed = bool(unit_of(sweep.source))  # a speed alone has a unit, friction has none
         for mode in self.growing:
             if not any(mode in group for group in self.groups):
                 group = [mode, *self._partners(mode, is_speed)[:1]]
@@ -92,12 +93,12 @@ class Paths:
         return complex(np.interp(value, at, self.roots[mode]))
 
     def mode_at(self, value: float, root: complex) -> int | None:
-        """The mode whose root at a value is nearest to one, rad/s; None where no path reaches."""
+        """The mode whose root at a value is nearest to this one, rad/s; None if no mode has one."""
         distances = {}
         for mode in self.path_of:
-            of_mode = self.root_at(mode, value)
-            if of_mode is not None:
-                distances[mode] = abs(of_mode - root)
+            root_of_mode = self.root_at(mode, value)
+            if root_of_mode is not None:
+                distances[mode] = abs(root_of_mode - root)
         return min(distances, key=distances.__getitem__, default=None)
 
     def meeting(self, group: tuple[int, ...]) -> float | None:
@@ -110,10 +111,11 @@ class Paths:
             return None
         first, second = group
         squares = ((self.path_of[first] - self.path_of[second]) ** 2).real
-        met = np.flatnonzero((squares[:-1] < 0.0) & (squares[1:] >= 0.0))
-        if not met.size:
+        meetings = np.flatnonzero((squares[:-1] < 0.0) & (squares[1:] >= 0.0))
+        if not meetings.size:
             return None
-        neighbours = slice(met[0], met[0] + 2)  # the values before and behind the meeting
+        # the two values before and behind the first meeting
+        neighbours = slice(meetings[0], meetings[0] + 2)
         return float(np.interp(0.0, squares[neighbours], self.values[neighbours]))
 
     def growth(self, mode: int) -> float:
@@ -123,43 +125,44 @@ class Paths:
     def numbered(self, spectrum: Eigenvalues) -> Eigenvalues:
         """Eigenvalues whose modes have the numbers of the sweep, by the roots at the same value.
 
-        Each mode is assigned a root of the sweep, so that the sum of their distances is least. A
-        mode that is farther than `NEAR` from its root, or has none, gets the next free number.
+        Each mode is assigned a root of the sweep, the nearest pairs first. A mode that is farther
+        than `NEAR` from its root, or has none, gets the next free number.
         """
         # the modes of the spectrum by their numbers of rising frequency, with one root of each
         by_frequency = mode_numbers(spectrum.values)
         no_residuals = np.zeros(len(by_frequency))
-        own = Step(spectrum.value, spectrum.values, no_residuals, None, modes=by_frequency)
-        roots = {mode: root.value for mode, root in own.root_of_mode().items()}
+        step = Step(spectrum.value, spectrum.values, no_residuals, None, modes=by_frequency)
+        root_of_mode = {mode: root.value for mode, root in step.root_of_mode().items()}
         # the modes of the sweep at this value, and their roots
-        known = self.by_value.get(spectrum.value, {})
-        modes = list(known)
-        values = np.array(list(roots.values()), dtype=complex)
-        known_values = np.array(list(known.values()), dtype=complex)
-        distances = np.abs(np.subtract.outer(values, known_values))
-        distances /= divisor(np.abs(values))[:, None]
-        nearest = np.full(len(roots), -1)  # of each root the index of a known one, -1 for none
-        if known:
+        in_sweep = self.by_value.get(spectrum.value, {})
+        modes_in_sweep = list(in_sweep)
+        roots = np.array(list(root_of_mode.values()), dtype=complex)
+        roots_in_sweep = np.array(list(in_sweep.values()), dtype=complex)
+        # (modes, modes in the sweep), as shares of |lambda|
+        distances = np.abs(np.subtract.outer(roots, roots_in_sweep))
+        distances /= divisor(np.abs(roots))[:, None]
+        nearest = np.full(len(roots), -1)  # of each root the index of one in the sweep, -1 for none
+        if in_sweep:
             nearest = assigned(distances)
         # from numbers by rising frequency to those of the sweep; 0 is a root without a mode
         number_of = {0: 0}
         following = itertools.count(1 + max(itertools.chain(*self.by_value.values()), default=0))
-        for mode, row, k in zip(roots, distances, nearest.tolist(), strict=True):
-            is_known = k >= 0 and row[k] <= NEAR
-            number_of[mode] = modes[k] if is_known else next(following)
+        for mode, row, k in zip(root_of_mode, distances, nearest.tolist(), strict=True):
+            is_in_sweep = k >= 0 and row[k] <= NEAR
+            number_of[mode] = modes_in_sweep[k] if is_in_sweep else next(following)
         numbers = np.array([number_of[mode] for mode in by_frequency.tolist()], dtype=int)
         return replace(spectrum, numbers=numbers)
 
     def _rank(self, mode: int) -> tuple[float, float]:
         """The growth rates, 1/s, by which growing modes are ranked: at the own value, and the
         fastest."""
-        k = self._where_growing(mode)
+        k = self._index_of_growth(mode)
         growth = 0.0
         if self.values[k] == self.own_value:
             growth = float(self.path_of[mode][k].real)
         return growth, self.growth(mode)
 
-    def _where_growing(self, mode: int) -> int:
+    def _index_of_growth(self, mode: int) -> int:
         """The index of the own value if a mode grows there, else of that of its fastest growth."""
         path = self.path_of[mode]
         own = np.flatnonzero(self.values == self.own_value)
@@ -168,10 +171,10 @@ class Paths:
         return int(np.nanargmax(path.real))
 
     def _partners(self, mode: int, is_speed: bool) -> list[int]:
-        """The modes that `mode` has met up to the value of `_where_growing`, the nearest first.
+        """The modes that `mode` has met up to the value of `_index_of_growth`, the nearest first.
 
         Modes that meet exchange energy. Both hold of a partner, from the first value that has both
-        modes to that of `_where_growing`: the frequencies come together, to `NEARER` times their
+        modes to that of `_index_of_growth`: the frequencies come together, to `NEARER` times their
         first distance; and the growth rate of the partner falls while that of `mode` rises.
 
         Over friction two modes may be together from the first value on, as those of a disc: a
@@ -179,26 +182,26 @@ class Paths:
         (`is_speed`) modes that begin as near as `TWINS` are no partners: they are the forward and
         the backward whirl of one shape, of which one grows alone.
         """
-        leading = self.path_of[mode]
-        k = self._where_growing(mode)
+        path = self.path_of[mode]
+        k = self._index_of_growth(mode)
         distances: dict[int, float] = {}
-        for other, following in self.path_of.items():
+        for other, other_path in self.path_of.items():
             # (n,), rad/s: imaginary parts are differences of frequencies, real parts those of
             # growth rates
-            gaps = leading - following
+            gaps = path - other_path
             if other == mode or np.isnan(gaps[k]):
                 continue
-            first = int(np.argmax(np.isfinite(gaps)))  # the first value that has both
+            first = int(np.argmax(np.isfinite(gaps)))  # index of the first value that has both
             first_distance = abs(gaps.imag[first])
-            if is_speed and first_distance < TWINS * leading.imag[first]:
+            if is_speed and first_distance < TWINS * path.imag[first]:
                 continue
             limit = NEARER * first_distance
             if not is_speed:
                 limit = max(limit, gaps.real[k])
             distance = abs(gaps.imag[k])
-            is_near = distance <= min(limit, NEAREST * leading.imag[k])
-            rise = leading.real[k] - leading.real[first]
-            fall = following.real[first] - following.real[k]
+            is_near = distance <= min(limit, NEAREST * path.imag[k])
+            rise = path.real[k] - path.real[first]
+            fall = other_path.real[first] - other_path.real[k]
             if is_near and fall >= FED * rise:
                 distances[other] = distance
         return sorted(distances, key=distances.__getitem__)

@@ -37,8 +37,8 @@ from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import RESIDUAL_TOLERANCE, Reduction
 
 LEADING = 12  # fastest growing roots whose growth rates are bounded at once
-RUNS = 4  # of a search, from the best point so far: a change of the fastest mode may end one early
-REDUCTIONS = 4  # made at most, each with the result on the one before
+RUNS = 4  # of the minimiser in a search: a change of the fastest mode may end one early
+REDUCTIONS = 4  # reduced systems made at most, each with the result on the one before
 CORNERS = 3  # parameters up to which a reduced system serves the corners of the bounds too
 ACTIVE = 1e-3  # of the fall of the growth rate: roots so close to the largest one hold it there
 AT_BOUND = 1e-6  # of the range: so close to a bound a parameter is held by it
@@ -137,9 +137,9 @@ class Optimum(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         lines = [f"{self.name}: largest growth rate{self.extent}"]
-        for words, roots in (("before", self.before), ("after", self.after)):
+        for when, roots in (("before", self.before), ("after", self.after)):
             proof = "certified" if roots.certified else UNSURE
-            lines.append(f"  {words}: {number(_largest_growth(roots))} 1/s ({proof})")
+            lines.append(f"  {when}: {number(_largest_growth(roots))} 1/s ({proof})")
         ends = ", ".join(number(growth, 4) for growth in self.starts)
         lines.append(f"searches ended at {ends} 1/s (seed {self.seed})")
         table = columns("frequency_hz growth_rate damping_ratio%")
@@ -155,9 +155,9 @@ class Optimum(Answer):
             "optimum": {bounded.parameter: bounded.after for bounded in self.parameters},
             "parameters": self.table().records(),
         }
-        for words, roots in (("before", self.before), ("after", self.after)):
-            entry[words] = {"growth_rate": _largest_growth(roots)}
-            entry[words] |= picked(roots, "certified verdict")
+        for when, roots in (("before", self.before), ("after", self.after)):
+            entry[when] = {"growth_rate": _largest_growth(roots)}
+            entry[when] |= picked(roots, "certified verdict")
         entry["active"] = Table(columns("frequency_hz growth_rate"), self.active).records()
         return entry | picked(self, "starts seed evaluations basis")
 
@@ -185,9 +185,9 @@ class _Evaluation:
 
 
 class _Search:
-    """The largest growth rates of a system, or a reduced one, as functions of q.
+    """The largest growth rates of a system, or a reduced one, as functions of its p parameters.
 
-    q (p,) in [0, 1]^p are the parameters: 0 is the lower bound of each, 1 the upper one.
+    q (p,), each from 0 to 1, stands for the parameters: 0 is the lower bound, 1 the upper one.
     """
 
     def __init__(
@@ -241,6 +241,8 @@ class _Search:
         """The growth rates of leading roots (m,) at q, and their derivatives by q.
 
         The vectors are computed here, see `roots_at`, and the roots are made more precise by them.
+        A slope by q is one by the parameter times the width of its range. Where roots coalesce
+        derivatives are infinite: 0 stands for them.
         """
         unchanged = self.model.system if isinstance(self.model, Reduction) else self.model
         system = unchanged.replace(parameters)
@@ -254,7 +256,7 @@ class _Search:
         derivatives = {name: system.derivative(name) for name in parameters}
         by_parameter, _ = sensitivities(matrices, derivatives, eigenvalues)
         slopes = self.width * np.array([by_parameter[name].real for name in parameters]).T
-        slopes = np.where(np.isfinite(slopes), slopes, 0.0)  # infinite where roots coalesce
+        slopes = np.where(np.isfinite(slopes), slopes, 0.0)
         falling = np.argsort(-modes.values.real)
         return _Evaluation(q.copy(), modes.values.real[falling], slopes[falling])
 
@@ -276,7 +278,7 @@ class _Search:
         unit = float(steepest) or 1.0
 
         def slack(v: Array) -> Array:
-            """(t - g_i(q)) / unit (LEADING,), to be 0 or more; 1 beyond the last root."""
+            """(t - g_i(q)) / unit (LEADING,), to be 0 or more; 1 for roots that there are not."""
             rates = self.evaluate(v[:-1]).rates
             distances = np.ones(LEADING)
             distances[: len(rates)] = v[-1] - rates / unit
@@ -484,9 +486,9 @@ def _best_of_searches(
 
 
 def _extent(system: TermSystem, selection: EigenvalueSelection, bounds: Mapping[str, Band]) -> str:
-    """At which value of the free parameter, and of which band, the growth rate is the largest.
+    """At which value of the free parameter, and of which band, growth is minimised, in words.
 
-    The growth at that value is made least, not the value from which on something grows.
+    It is the growth at that value that is minimised, not the value from which on something grows.
     """
     extent = " (not its onset)"
     free = system.parameter

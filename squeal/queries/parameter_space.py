@@ -161,7 +161,7 @@ class ParameterSpace:
         if name in self.values:
             return
         why = "is no parameter here"
-        if name == self.free:
+        if name == self.free:  # the values of a threshold leave it out
             why = "is varied to find its threshold, and scatters where growth is sampled alone"
         raise at.refuse(f"{name} {why}; {meant(name, self.values)}")
 
@@ -258,7 +258,7 @@ def _outcome_of_query(
 ) -> Outcome:
     """The outcome of a subject by the query `thresholds`, with the reason if there is none.
 
-    The referee is not asked: a proof takes longer than the search, and no outcome tells of it.
+    Nothing is proved: a proof takes longer than the search, and an outcome does not say of it.
     """
     try:
         return first_loss(thresholds(subject, high, band=band, prove=False), high)

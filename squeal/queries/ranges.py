@@ -37,7 +37,7 @@ if TYPE_CHECKING:  # scenes start without the referee
 RATE = 1e-6  # of a root: slower growth is not excluded by a proof
 WIDEST_RATE = 1e-3  # of the slowest motion: where no less can be excluded nothing is proved
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
-WIDER = 200.0  # times that at each further attempt, where rounding hides growth beside a threshold
+WIDER = 200.0  # times wider at each further attempt: rounding hides growth beside a threshold
 ATTEMPTS = 4
 WIDER_BY_DIGITS = 4.0  # the same factor where data have few digits
 ATTEMPTS_BY_DIGITS = 8
@@ -51,10 +51,11 @@ DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 40  # up to which thresholds of systems are proved without being asked for
 INTERVALS = 1000  # into which a proof may divide the range, in a system of few rows
 INTERVALS_OF_EXACT = 100  # the same of thresholds that are exact for the entries as given
-LARGE = 40.0  # states of a system of which an interval costs twice as much, so that a proof that
-# was not requested may divide the range into half as many
-BESIDE = (1e-8, 1e-6)  # of a threshold: distances from it at which growing roots are counted
-ASIDE = 1e-3  # of half the gap to the next threshold: how far from a refuted one to search again
+# states from which on an interval costs twice as much as in a system of few rows or more: a proof
+# that was not requested may then divide the range into half as many
+LARGE = 40.0
+COUNT_DISTANCES = (1e-8, 1e-6)  # of a threshold: from it to where growing roots are counted
+RESTART_DISTANCE = 1e-3  # of half the gap to the next threshold: from a refuted one to a step's end
 SEARCHES = 4  # in all, where the referee refutes each but the last
 
 Interval = tuple[float, float]
@@ -267,8 +268,9 @@ def _open_share(system: TermSystem) -> float:
 def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
     """A product of formulas as a function of a ball of the parameter; None where it is 1.
 
-    The other parameters have the system's values. Power series of balls give derivatives too, and
-    a rational function (`squeal.proof.polynomials.Quotient`) one of the parameter.
+    The other parameters have the system's values. In place of a ball the function takes a power
+    series of balls, which gives derivatives too, or a rational function
+    (`squeal.proof.polynomials.Quotient`), which gives the product as one of the parameter.
     """
     if all(not formula.names and formula.value({}) == 1.0 for formula in formulas):
         return None
@@ -278,14 +280,15 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
 
     def product(ball: Any) -> Any:
         at = values | {system.parameter: ball}
-        number = flint.arb
+        exact = flint.arb  # a ball of radius 0 of a number
         if not isinstance(ball, flint.arb | flint.arb_series):
-            number = type(ball).of
+            exact = type(ball).of  # a constant rational function
 
-        def constant(x: object) -> object:
-            return x if x is ball else number(x)
+        def operand(x: object) -> object:
+            """Numbers of a formula in the arithmetic of the ball, which itself stays as it is."""
+            return x if x is ball else exact(x)
 
-        first, *others = [formula.in_arithmetic(at, constant) for formula in formulas]
+        first, *others = [formula.in_arithmetic(at, operand) for formula in formulas]
         return math.prod(others, start=first)
 
     return product
@@ -394,10 +397,11 @@ def _proof_of_system(
     from squeal.proof.ranges import SPENT, RangeProof
     from squeal.proof.referee import Proof
 
-    most = INTERVALS  # parts into which a proof may divide the range
+    most = INTERVALS  # into which the proof may divide the range
     if is_exact:
         most = INTERVALS_OF_EXACT
     if not at_any_cost:
+        # without damping the proof is about lambda^2, of which there are n
         states = 2 * system.n if system.C else system.n
         most = int(most / (1.0 + (states / LARGE) ** 2))
     if any(_has_table(term) for term in system.terms):
@@ -414,7 +418,7 @@ def _proof_of_system(
             return Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0), intervals
         rises = [_rise_within(crossings, interval) for interval in intervals]
         # first the smaller bound of growth; the larger where rounding of entries leaves that open
-        for growth_below in _rates_left_out(rates):
+        for growth_below in _growth_bounds(rates):
             try:
                 proof = range_proof.prove(intervals, growth_below, rises)
             except InputError as error:  # a factor has no value somewhere
@@ -427,8 +431,8 @@ def _proof_of_system(
     return proof, intervals
 
 
-def _rates_left_out(rates: MotionRates) -> list[float]:
-    """Bounds of the growth, 1/s, that a proof does not exclude, the smaller one first."""
+def _growth_bounds(rates: MotionRates) -> list[float]:
+    """Two bounds of the growth, 1/s, that a proof does not exclude, the smaller one first."""
     widest = WIDEST_RATE * rates.slowest
     return [min(RATE * rate, widest) for rate in (rates.slowest_oscillation, rates.fastest)]
 
@@ -449,8 +453,11 @@ def _shares_of_intervals(system: TermSystem, crossings: Sequence[Crossing]) -> l
 
 
 def _is_beside(where: complex | None, intervals: Sequence[Interval], distance: float) -> bool:
-    """True if a value of the parameter lies within a distance of one of the intervals."""
-    if where is None or isinstance(where, complex):  # a complex number is a root
+    """True if a value of the parameter lies within a distance of one of the intervals.
+
+    where: of an open proof, a value of the parameter, or a complex root, or None.
+    """
+    if where is None or isinstance(where, complex):
         return False
     return any(start - distance <= where <= stop + distance for start, stop in intervals)
 
@@ -516,7 +523,9 @@ def doubt_of_counts(
             # show on which side of this end the threshold lies
             ends_are_clear = False
             continue
-        for share in BESIDE:  # first close to the threshold, then where rounding hides less
+        for (
+            share
+        ) in COUNT_DISTANCES:  # first close to the threshold, then where rounding hides less
             margin = _margin((start, stop), low, high, share)
             below = _count(system, start - min(margin, half_gap_below))
             above = _count(system, stop + min(margin, half_gap_above))
@@ -528,7 +537,7 @@ def doubt_of_counts(
             doubt = f"the referee cannot count what grows on both sides of {middle:.9g}"
         if not _may_rise(below, above, _rise_within(crossings, (start, stop))):
             words = f"{below.lower} roots grow below {start:.9g} and {above.lower} above"
-            return f"{DISAGREES}{words}", stop + ASIDE * half_gap_above
+            return f"{DISAGREES}{words}", stop + RESTART_DISTANCE * half_gap_above
     if is_complete and ends_are_clear:
         below = _count(system, low)
         above = _count(system, high)

@@ -28,7 +28,7 @@ from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place
 from squeal.sparse.reduction import Reduction
 
-SERVED = 24  # samples at which a reduced system is made to be good
+BASIS_SAMPLES = 24  # about so many samples a reduced system is made at
 
 Changes: TypeAlias = dict[str, float]
 """Parameters of a sample by name; all others have the value of the subject."""
@@ -80,7 +80,8 @@ class ReducedThresholdSamples:
 
 @dataclass(frozen=True, eq=False)
 class _RootsOfSample:
-    """Roots (m,), how far rounding or an error moves each, 1/s (m,), and residuals (m,)."""
+    """Roots (m,), how far rounding or an error may move each, 1/s (m,), and residuals (m,) in the
+    full problem; these are None unless the roots are those of a reduced system."""
 
     roots: ComplexArray
     rounding: Array
@@ -110,7 +111,7 @@ class GrowthSamples:
         roots = selected.roots
         if not len(roots):
             return Sample(values, reason="no root lies in the band")
-        # of a pair the root with Im > 0; a real root of real matrices has Im = 0 exactly
+        # of a pair the root with Im > 0 alone; a real root of real matrices has Im = 0 exactly
         unstable = roots[(roots.real > selected.rounding) & (roots.imag >= 0.0)]
         fastest = roots[np.argmax(roots.real)]
         residual = None
@@ -157,7 +158,7 @@ def sample_computer(
 ) -> SampleComputer:
     """The object that computes the samples; of a large system it holds a reduced system.
 
-    The reduced system is made at the parameters of the subject and at about `SERVED` of the
+    The reduced system is made at the parameters of the subject and at about `BASIS_SAMPLES` of the
     changes, evenly chosen.
 
     Raises InputError for a band with a scene, and for a large system without a band.
@@ -171,7 +172,7 @@ def sample_computer(
         return GrowthSamples(subject, selection)
     if selection.band is None:
         raise InputError(NO_BAND)
-    points_of_basis = [{}, *changes[:: max(1, len(changes) // SERVED)]]
+    points_of_basis = [{}, *changes[:: max(1, len(changes) // BASIS_SAMPLES)]]
     if of == "growth":
         modal = reduced_for(subject, selection, points_of_basis, method="modal")
         return GrowthSamples(modal, selection)

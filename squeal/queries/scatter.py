@@ -251,7 +251,7 @@ def _indices_of(rows: Sequence[Sample], plan: _Plan, high: float) -> tuple[Index
         else:
             values.append(row.value)
     names = list(plan.spreads)
-    table = np.array(values).reshape(len(names) + 2, plan.samples)
+    table = np.array(values).reshape(len(names) + 2, plan.samples)  # a row for A, B, each AB_i
     return sobol_indices(names, table, plan.seed, same=ROUNDING)
 
 
@@ -282,7 +282,7 @@ def _compute_all(
     question: the options that decide the samples. Chunks that a journal holds for the same subject
     and question are not computed again. progress: called with (samples done, samples in all).
     """
-    size = CHUNK if isinstance(subject, Scene) else 1
+    size = CHUNK if isinstance(subject, Scene) else 1  # systems are computed one by one
     chunks = [changes[start : start + size] for start in range(0, len(changes), size)]
     known: dict[int, list[Sample]] = {}  # by number of the chunk
     if journal is not None:

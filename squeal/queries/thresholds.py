@@ -307,10 +307,14 @@ def _admissible(path: Path) -> tuple[float, list[str]]:
 
     Returns this mu, and a sentence for each limit that is exceeded from there on. Where no node of
     the branch exceeds a limit the mu is that of the end of the branch, and there is no sentence.
+    Limits that are exceeded between two nodes alone are not seen.
     """
 
     def beyond_limit(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Indices of the equilibria z (4, m), touching (points, m), that exceed a limit."""
+        """Indices of the equilibria z (4, m), touching (points, m), that exceed a limit.
+
+        A pad that nothing presses on the surface, at the end of the branch, does not count.
+        """
         excursions = excursion(path.statics, z, touching)
         return np.flatnonzero(excursions.beyond().any(axis=0) & (excursions.reaction > 0.0))
 
@@ -345,7 +349,10 @@ def system_thresholds_with_proof(
 
     The referee proves the thresholds of a system of few rows whose entries are given. For another
     small real system it counts growing roots on both sides of each threshold. If it refutes the
-    list, the search is repeated with a step that ends at the value in question.
+    list, the search is repeated with a step that ends at the value in question; the last of up to
+    `SEARCHES` lists stands. Thresholds that are exact for the entries, see `exact_range`, take the
+    place of a search once at most: of the first one where M is singular and the search may fail,
+    else of the one after a list that is not certified.
 
     Parameters
     ----------
@@ -391,41 +398,47 @@ def system_thresholds_with_proof(
             f"prove: all thresholds of real systems of up to {ALL_ROWS} rows whose matrices do not "
             "follow the frequency can be proved, without a band or a region"
         )
-    proof_is_requested = prove is True or (prove is None and system.n <= PROVED_ROWS)
+    is_to_be_proved = can_be_proved and (
+        prove is True or (prove is None and system.n <= PROVED_ROWS)
+    )
     analysis.warn_of_unused_parameter()
-    # exact thresholds, which need no search, are asked for once: at first where M is singular and
-    # the search may fail, else as soon as an answer is not certified. `exact` is None without them
-    may_be_exact = can_be_proved and lists_all and proof_is_requested
-    exact = None
     if low is None:
         low = start_of_range(system, high)
-    if may_be_exact and not is_regular(dense(system(low)[0])):
-        may_be_exact = False
-        exact = exact_range(system, low, high)
+    exact_thresholds = None
+    may_try_exact = is_to_be_proved and lists_all  # once
+    if may_try_exact and not is_regular(dense(system(low)[0])):  # M is singular
+        may_try_exact = False
+        exact_thresholds = exact_range(system, low, high)
     step_ends: list[float] = []  # values at which the referee refuted an earlier list
-    for _ in range(SEARCHES):  # the last answer stands, also if it is refuted
+    for _ in range(SEARCHES):
+        # of a band `all_crossings` are those of all roots, None if these were not followed
         answer, all_crossings = system_thresholds(
-            system, high, low, selection, workers, step_ends=step_ends, exact_range=exact
+            system, high, low, selection, workers, step_ends=step_ends, exact_range=exact_thresholds
         )
-        # a proof where one is possible, else the referee's counts beside each threshold
         refuted_at = None
-        if can_be_proved and all_crossings is not None and proof_is_requested:
+        if is_to_be_proved and all_crossings is not None:
             answer, refuted_at = _proved_system(
-                system, selection, answer, all_crossings, prove is True, is_exact=exact is not None
+                system,
+                selection,
+                answer,
+                all_crossings,
+                at_any_cost=prove is True,
+                is_exact=exact_thresholds is not None,
             )
         elif small and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, is_complete=lists_all)
-        if may_be_exact and not answer.certified:
-            may_be_exact = False
-            exact = exact_range(system, low, high)
-            if exact is not None:  # the next answer lists the exact thresholds
+        if may_try_exact and not answer.certified:
+            may_try_exact = False
+            exact_thresholds = exact_range(system, low, high)
+            if exact_thresholds is not None:  # they take the place of this list
                 continue
         if refuted_at is None:  # the list is proved, or open
             break
-        exact = None
+        exact_thresholds = None  # they were refuted, or there are none: search
         step_ends.append(refuted_at)
     if answer.certified and answer.proof is None:
         answer = _counted_not_proved(answer, is_certified=not small)
+    # by what data with few digits, reduced components and the contact held at its seat leave open
     answer = widened(analysis.file, system, answer)
     answer = thresholds_as_seated(analysis.file, answer)
     if assumptions:
@@ -449,12 +462,12 @@ def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: boo
     system = file.system.replace({file.system.parameter: answer.low})
     roots = known_roots(file, analysis.selection, system, refereed)
     answer = replace(answer, verdict=roots.verdict)
-    proof = answer.proof or {}
+    proof = answer.proof or {}  # as JSON holds it
     # without a proof nothing is certified of a small system; an open one gets a further reason
     if roots.verdict is not None or proof.get("status") not in ("proved", "open"):
         return answer
-    left_out = proof.get("growth_below")
-    if left_out is not None and _growth_bound(roots.eigenvalues) <= left_out:
+    growth_below = proof.get("growth_below")  # slower growth is not excluded by the proof either
+    if growth_below is not None and _growth_bound(roots.eigenvalues) <= growth_below:
         return answer
     reason = (open_by_digits(file, roots.computed) or roots.criterion).removeprefix(OPEN)
     at_start = f"the verdict at {answer.parameter} = {answer.low:g} is open: {reason}"
