@@ -35,7 +35,9 @@ def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:
     at = Place(str(path))
     text = ""
     chunks = {}
-    try:  # anything but a journal of this question raises ValueError or TypeError
+    # whatever shows that this is no journal of this question raises ValueError or TypeError, here
+    # or in a function that is called: one refusal below serves all
+    try:
         if path.exists():
             text = read_content(path, at).decode()
         if not text:  # a new file, or one that no line was written to
@@ -43,9 +45,11 @@ def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:
         head, *lines = text.split("\n")
         if head != question:
             raise ValueError
-        complete = lines[:-1]  # behind the last line end stands nothing, or a line that was cut off
+        # behind the last line end stands nothing, or a line that was cut off. The last whole line
+        # may be broken too, if its write was killed; a broken one before it is refused
+        complete = lines[:-1]
         if complete and not _is_intact(complete[-1]):
-            complete.pop()  # the write of its middle may have been killed
+            complete.pop()
             at.warn("its last line is broken; the samples of this line are computed again")
         for line in complete:
             if not _is_intact(line):

@@ -175,8 +175,8 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
 
     the descriptor system E z' = A z + B u. The states are a, a' and those b that a damper holds.
 
-    Raises InputError for complex matrices, for a loop that damps motions without mass, and where E
-    has no full rank and its motions without a rate do not follow from the states.
+    Raises InputError for complex matrices, for a loop that damps motions without mass, and where
+    some motion has neither mass, damper nor spring (see `_condensed`).
     """
     M, C, K = system.arrays(changes)
     n = system.n
@@ -184,7 +184,8 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
         C = np.zeros((n, n))
     if any(np.iscomplexobj(matrix) for matrix in (M, C, K)):
         raise InputError(f"{system.name}: complex matrices have no real state space")
-    left, masses, right = np.linalg.svd(M)  # M = left diag(masses) right, (V1 V2) = right.T
+    # M = left diag(masses) right with singular values that fall; (V1 V2) = right.T
+    left, masses, right = np.linalg.svd(M)
     m = rank_of(masses)
     if m == n:  # M is regular: the rows themselves are the motions a
         left = np.eye(n)
@@ -208,7 +209,7 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     # unit matrix, m of the masses in M_a, and that of the dampers between motions without mass,
     # which are the last rows of C_b
     rank_of_E = 2 * m + _rank_in(damping, C_b[m:])
-    if rank_of_E < n + m:
+    if rank_of_E < n + m:  # some motion has neither mass nor damper
         return _condensed(_Descriptor(E, A, B, outputs), rank_of_E, stiffness, system.name)
     no_feedthrough = np.zeros((len(outputs), B.shape[1]))
     states = np.linalg.solve(E, A), np.linalg.solve(E, B)

@@ -27,11 +27,11 @@ FORWARD = "forward"
 BACKWARD = "backward"
 MIXED = "mixed"
 STRAIGHT = "straight"
-UNSEEN = 1e-9  # of the energy of a shape: rows or terms with less tell nothing of its direction
+UNSEEN = 1e-9  # of the energy of a shape: rows or terms with less do not decide its direction
 ROUND = 0.1  # of the area of a circle: an orbit of less, 20 times as long as wide, is straight
-STILL = 1e-6  # of the largest squared motion: a node that moves less has no say
-OPPOSED = 0.5  # of the sum of the |net| of all discs: where |net| of all is less, some whirl apart
-LINE = 3.0  # extents of nodes, the largest over the second: so long they lie along a shaft
+STILL = 1e-6  # of the largest squared motion: the orbit of a node that moves less is not counted
+OPPOSED = 0.5  # of the sum of |net| over the discs: where |their sum| is less, some whirl backward
+LINE = 3.0  # the largest extent of the nodes over the second: from here on they lie along a shaft
 TRANSVERSE = ((1, 2), (2, 0), (0, 1))
 """The directions across a shaft along x, y and z, which turns from the first to the second."""
 
@@ -165,14 +165,18 @@ def _by_orbits(
 
 
 def _sense(coordinates: Coordinates, across: list[int], system: TermSystem, speed: float) -> float:
-    """1 if the shaft turns from the first of two directions to the second by the first term that
-    turns with it and couples the two, -1 if that says the reverse, 0 without such a term."""
-    row_at = {}
+    """1 if the shaft turns from the first of two directions to the second, -1 if the reverse.
+
+    That is the sign of the first term that turns with the shaft and couples the two directions at
+    the same nodes; 0 without such a term.
+    """
+    row_at = {}  # by direction the row of each node
     for direction in across:
         rows = np.flatnonzero(coordinates.directions == direction)
         row_at[direction] = dict(zip(coordinates.nodes[rows].tolist(), rows.tolist(), strict=True))
     first, second = (row_at[direction] for direction in across)
     nodes = sorted(first.keys() & second.keys())
+    # rows and columns of the entries that couple the two directions of a node
     entries = [first[node] for node in nodes], [second[node] for node in nodes]
     for turning in turning_parts(system, speed):
         sense = float(np.sign(turning.matrix[entries].sum()))
@@ -190,16 +194,19 @@ def _across(coordinates: Coordinates) -> list[int] | None:
     for pair in TRANSVERSE:
         if sorted(pair) == moving:
             return list(pair)
-    extents = np.ptp(coordinates.places[np.unique(coordinates.nodes)], axis=0)
-    shortest_first = np.argsort(extents)
-    if len(moving) < 3 or not extents.max() > LINE * extents[shortest_first[1]]:
+    extents = np.ptp(coordinates.places[np.unique(coordinates.nodes)], axis=0)  # along x, y and z
+    _, second, largest = np.sort(extents)
+    if len(moving) < 3 or not largest > LINE * second:
         return None
-    return list(TRANSVERSE[int(shortest_first[2])])
+    return list(TRANSVERSE[int(np.argmax(extents))])
 
 
 def coordinates_of(file: SystemFile) -> Coordinates | None:
-    """Which node and direction each row is of, by the coordinates of a file or by labels (node,
-    degree of freedom) of all rows, 1 to 3 displacements; without places then. None if unknown."""
+    """The node and the direction of each row, from the coordinates of a file or from labels.
+
+    A label is (node, degree of freedom), with 1 to 3 for displacements; the nodes have no places
+    then, but zeros. None if some row has no such label.
+    """
     if file.coordinates is not None:
         return file.coordinates
     labels = file.system.labels

@@ -53,12 +53,12 @@ class KnownLinearisation(NamedTuple):
     matrices : Linearisation
         M, C and K.
     errors : tuple of 2 array (3, 3), or None
-        How far the entries of C (of falling friction) and of K may be off; None if nobody knows.
+        How far the entries of C (of falling friction) and of K may be off; None if not known.
     moved : EnclosedEquilibrium or None
-        The equilibrium that takes the place of the given one, where that is known too vaguely in
-        doubles.
+        The equilibrium that takes the place of the given one, where rounding has left the given one
+        too few digits; None if it stays.
     doubt : Doubt
-        Why no errors are known.
+        Why no errors are known; `NONE` where they are.
     """
 
     matrices: Linearisation
@@ -95,7 +95,7 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
     C_error = _farthest(matrices.C, C)
     K_error = _farthest(matrices.K, K)
     has_digits = is_known(C.mid, C_error) and is_known(K.mid, K_error)
-    if enclosed.state == state and has_digits:
+    if enclosed.state == state and has_digits:  # the given equilibrium stays
         return KnownLinearisation(matrices, (C_error, K_error))
     # the matrices about the enclosed equilibrium, and the radii of their balls
     return KnownLinearisation(Linearisation(matrices.M, C.mid, K.mid), (C.rad, K.rad), enclosed)

@@ -42,10 +42,10 @@ QUANTITIES = {
 }
 """What may stand beside the verdicts: its name in words, and its unit."""
 POINTS_AT_ONCE = 10_000  # whose verdicts are computed together; bounds the memory
-COMPILED_FROM = 20_000  # points of a map that earn what compiling costs
+COMPILED_FROM = 20_000  # points of a map from which on compiling pays
 QUANTITY_POINTS = 2_000  # whose branches are followed together
-HIGH = 2.0  # up to which critical frictions are searched
-HALVINGS = 40  # by which a point of a curve is located between two neighbours of the map
+HIGH = 2.0  # the friction up to which the critical one is searched
+HALVINGS = 40  # of the line between two neighbours of the map on which a point of a curve lies
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
@@ -258,13 +258,13 @@ def stability_map(
     }
     if curves:
         details["threshold_curve"] = threshold_curves(scene, axes, codes)
-    column = None
+    name_unit_values = None
     notes = []
     if quantity is not None:
         words, unit = QUANTITIES[quantity]
         values, unknown = _quantity(scene, axes, quantity, workers)
         unit = unit_word(unit)
-        column = (quantity, unit, values)
+        name_unit_values = (quantity, unit, values)
         notes.append(f"{words}: {_span(values, unit)}")
         if unknown.any():
             warnings.append(f"{words} could not be decided at {_share(unknown)}")
@@ -276,7 +276,7 @@ def stability_map(
         units=(unit_word(PARAMETERS[names[0]].unit), unit_word(PARAMETERS[names[1]].unit)),
         verdicts=NAMES,
         codes=codes,
-        quantity=column,
+        quantity=name_unit_values,
         admissible=None if linear else admissible,
         warnings=tuple(warnings),
         details=details,
@@ -386,12 +386,12 @@ def threshold_curves(
         shares_stable[:, is_stable] = middle[:, is_stable]
         shares_other[:, ~is_stable] = middle[:, ~is_stable]
     points = _values_at(axes, shares_stable)
-    # verdicts on both sides of the curve: what is lost is told by the difference
-    before = codes_at(scene, names, points)
-    behind = codes_at(scene, names, _values_at(axes, shares_other))
-    kinds = np.where(behind.codes == VERDICTS.index("divergence"), "divergence", "flutter")
-    kinds[before.contact != behind.contact] = "contact"
-    kinds[behind.codes == BEYOND_FOLD] = "fold"
+    # verdicts on the stable side of the curve, and on the other one, name what happens on it
+    inside = codes_at(scene, names, points)
+    outside = codes_at(scene, names, _values_at(axes, shares_other))
+    kinds = np.where(outside.codes == VERDICTS.index("divergence"), "divergence", "flutter")
+    kinds[inside.contact != outside.contact] = "contact"
+    kinds[outside.codes == BEYOND_FOLD] = "fold"
     stack = PadStack.of(scene, names, points)
     equilibria, _ = stack.at_mu()
     A, B = stack.matrices(np.arange(stack.n), equilibria)

@@ -35,7 +35,7 @@ from squeal.results.thresholds import Thresholds
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class ParameterSlopes:
     """Derivatives by one parameter p about an equilibrium, in SI units per unit of p.
 
     Attributes
@@ -55,7 +55,7 @@ class Change:
     gaps: Array
 
 
-def change(model: PadModel, q: Array, state: State, name: str) -> Change:
+def parameter_slopes(model: PadModel, q: Array, state: State, name: str) -> ParameterSlopes:
     """Compute the derivatives by one parameter p about an equilibrium, exact to rounding.
 
     Dual numbers (value and derivative by p) carry p through the model; the derivatives by the
@@ -100,12 +100,13 @@ def change(model: PadModel, q: Array, state: State, name: str) -> Change:
     gaps = model.law.gaps(c, pose(dual, _moving(q, dq)))
     dC = np.zeros((3, 3))
     # where friction falls with the sliding speed the loads depend on x_dot, and C = -d loads / d
-    # (x_dot, y_dot, theta_dot) has a first column. `_changes` adds the damping that the scene names
+    # (x_dot, y_dot, theta_dot) has a first column. The damping that the scene names is added to it
+    # in `_slopes_with_damping`
     if pad.fall is not None:
         dC[:, :1] = -complex_step(lambda x_dot: load_slopes(q, dq, x_dot[0]), np.zeros(1))
     dK = -complex_step(lambda at: load_slopes(at, dq), q)
     dgaps = np.array([float(dual.dual(gap).slope) for gap in gaps])
-    return Change(loads, dM, dC, dK, dgaps)
+    return ParameterSlopes(loads, dM, dC, dK, dgaps)
 
 
 def _moving(q: Array, dq: Array) -> tuple[Dual, Dual, Dual]:
@@ -114,7 +115,9 @@ def _moving(q: Array, dq: Array) -> tuple[Dual, Dual, Dual]:
     return x, y, theta
 
 
-def _changes(scene: Scene, model: PadModel, q: Array, state: State) -> dict[str, Change]:
+def _slopes_with_damping(
+    scene: Scene, model: PadModel, q: Array, state: State
+) -> dict[str, ParameterSlopes]:
     """Compute the derivatives by each parameter about an equilibrium q (3,), with the damping.
 
     Damping by ratios or Rayleigh's factors is C = M^1/2 B(A) M^1/2 with A = M^-1/2 K M^-1/2 of the
@@ -134,25 +137,25 @@ def _changes(scene: Scene, model: PadModel, q: Array, state: State) -> dict[str,
         Its contact state.
     """
     with np.errstate(invalid="ignore"):  # at a fold the equilibrium moves infinitely fast
-        changes = {name: change(model, q, state, name) for name in parameters(model)}
+        slopes = {name: parameter_slopes(model, q, state, name) for name in parameters(model)}
     damping = scene.damping
     if damping is None or damping.matrix is not None:
-        return changes
+        return slopes
     model_at_rest, q_at_rest, state_at_rest = without_friction(scene)
     M, _, K = linearise(model_at_rest, q_at_rest, state_at_rest)
     masses = np.diag(M)
     R = np.outer(np.sqrt(masses), np.sqrt(masses))
     A = K / R
     B, _ = normalised_damping(damping, A)
-    for name in changes.keys() - {"mu"}:  # the pad without friction does not depend on mu
-        slopes = change(model_at_rest, q_at_rest, state_at_rest, name)
+    for name in slopes.keys() - {"mu"}:  # the pad without friction does not depend on mu
+        at_rest = parameter_slopes(model_at_rest, q_at_rest, state_at_rest, name)
         # d R_ij / R_ij = d m_i / 2 m_i + d m_j / 2 m_j
-        half_relative = np.diag(slopes.M) / (2 * masses)
+        half_relative = np.diag(at_rest.M) / (2 * masses)
         relative_R = np.add.outer(half_relative, half_relative)
-        dA = slopes.K / R - relative_R * A
+        dA = at_rest.K / R - relative_R * A
         dC = R * (normalised_damping_slope(damping, A, dA) + relative_R * B)
-        changes[name] = replace(changes[name], C=changes[name].C + dC)
-    return changes
+        slopes[name] = replace(slopes[name], C=slopes[name].C + dC)
+    return slopes
 
 
 def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, float]]:
@@ -200,12 +203,12 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         z, state = path.at(min(point.mu, path.mu_end))
         q = path.statics.to_si(z)
         contact_changes = path.breakpoints
-    changes = _changes(scene, model, q, state)
-    # by the kind of threshold: a change of contact, a fold, or a root on the imaginary axis. The
-    # first is told by its place, to rounding
+    slopes = _slopes_with_damping(scene, model, q, state)
+    # g by the kind of threshold: a change of contact, a fold, or a root on the imaginary axis. A
+    # change of contact is recognised by its friction, since its kind is that of the growth there
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in contact_changes):
         changing = int(np.argmin(np.abs(model.gaps(q))))  # the gap that closes or opens
-        return _without_frequency({name: by.gaps[changing] for name, by in changes.items()})
+        return _without_frequency({name: of_p.gaps[changing] for name, of_p in slopes.items()})
     M, C, K = linearise(model, q, state)
     inverse_masses = 1.0 / np.diag(M)
     unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 K M^-1/2 is K * unit
@@ -214,10 +217,12 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         # the left vector y of the singular matrix has y^H M^-1/2 K M^-1/2 = 0, so that the row
         # y^H M^-1/2 is the left singular vector of K
         left = np.sqrt(inverse_masses) * Singular.of(matrices, 0j).left.conj()
-        return _without_frequency({name: complex(left @ by.loads) for name, by in changes.items()})
+        return _without_frequency(
+            {name: complex(left @ of_p.loads) for name, of_p in slopes.items()}
+        )
     scaled = {}
-    for name, by in changes.items():
-        scaled[name] = (by.M * unit, by.C * unit, by.K * unit)
+    for name, of_p in slopes.items():
+        scaled[name] = (of_p.M * unit, of_p.C * unit, of_p.K * unit)
     crossing = Singular.of(matrices, 2j * np.pi * point.frequency_hz)
     scaled_by_mu = scaled.pop("mu")
     return crossing_slopes(crossing, matrices, scaled_by_mu, scaled)
@@ -246,8 +251,8 @@ def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:
     have different damping ratios. Where an edge only just touches they hold for the present contact
     state.
     """
-    changes = _changes(scene, scene.pad_model, np.array(analysis.q), analysis.state)
-    by_parameter = {name: (by.M, by.C, by.K) for name, by in changes.items()}
+    by_name = _slopes_with_damping(scene, scene.pad_model, np.array(analysis.q), analysis.state)
+    by_parameter = {name: (of_p.M, of_p.C, of_p.K) for name, of_p in by_name.items()}
     spectrum = analysis.spectrum
     slopes, condition = sensitivities(analysis.matrices, by_parameter, spectrum.eigenvalues)
     values, units = _values_and_units(scene)

@@ -34,7 +34,7 @@ from squeal.numerics.differentiation import complex_step
 Names = tuple[str, ...]
 StiffnessAndDamping = tuple[Array, Array | None]
 STABLE_OR_MARGINAL = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
-GRID_POINTS = 64  # values of mu, between 0 and its end, at which verdicts are computed at least
+GRID_POINTS = 64  # the least number of values of mu, from 0 to its end, for verdicts
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
 SHRINKS = 25  # of an interval, by golden section, in which a margin of stability has its minimum
 GOLDEN = (3.0 - 5.0**0.5) / 2.0
@@ -267,10 +267,10 @@ class PadStack:
     def at_mu(self) -> tuple[Equilibria, Bools]:
         """Compute the equilibria of the n pads, each at its own friction.
 
-        A pad has no equilibrium where the branch from mu = 0 ends below its friction, or where
-        nothing touches. The second array (n,) of bool says where it is unknown whether a pad has an
-        equilibrium: where the branch could not be continued, and where rounding hides the contact
-        forces. A linear model counts the origin as an equilibrium of each pad.
+        A pad has no equilibrium (`exists` is false) where the branch from mu = 0 ends below its
+        friction, or where nothing touches. The array (n,) beside the equilibria says where it is
+        unknown whether a pad has one: where the branch could not be continued, and where rounding
+        hides the contact forces. A linear model counts the origin as an equilibrium of each pad.
         """
         origin = self.origin(self.mu)
         if self.linear:
@@ -464,7 +464,8 @@ class PadStack:
         for which in range(len(stability.margins)):
             self._move_points_to_instability(intervals, grid, stability, which)
         unstable = np.flatnonzero(~stability.no_unstable_mode)
-        # the pads that lose stability, and the first unstable point of each: `unstable` rises
+        # the pads that lose stability, and the first unstable point of each: points of a pad are in
+        # order of mu, and `np.unique` gives the first index of each pad
         losing, index = np.unique(pad[unstable], return_index=True)
         first = unstable[index]
         first_unstable = grid.mu[first]
@@ -534,9 +535,10 @@ class PadStack:
         codes = verdicts(A, B)
         frequencies = self.frequency_at_onset(A, B)
         for i, pad in enumerate(losing):
-            # two losses keep the kind of the end of the branch. Where there is no equilibrium at mu
-            # the bisection led to this end. Where the verdict is stable, the bisection had another
-            # one by rounding alone, which depends on the other cases of the array
+            # the kind stays that of the end of the branch in two cases: without an equilibrium at
+            # mu, since the bisection has led to this end, and where the verdict at mu is stable:
+            # the bisection had another one by rounding alone, which depends on the other cases of
+            # the array
             if not equilibria.exists[i] or codes[i] in STABLE_OR_MARGINAL:
                 continue
             kinds[pad] = VERDICTS[codes[i]]
