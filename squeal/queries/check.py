@@ -96,8 +96,10 @@ class Check(Answer):
             mass = f"{number(self.mass)} in the unit of M, centre at ({centre})"
             lines.append(f"mass of the rows that move: {mass}")
             lines.append(f"nodes in a box of {box}")
-            if self.matrices:  # a pad has neither nodes nor elements
-                lines.append(f"elements with faces: {self.elements}" if self.elements else POINTS)
+            if self.elements:
+                lines.append(f"elements with faces: {self.elements}")
+            elif self.matrices:  # a pad, which has none, has no nodes either
+                lines.append(POINTS)
         elif self.reduction is not None:
             lines.append(basis_text(self.reduction, errors=True))
             lines.append("mass and box: not known of reduced components")

@@ -136,10 +136,13 @@ class Pairs(Answer):
         return {int(p.mode): str(p.reference) for p in pairs if p.mode and p.reference}
 
     def table(self) -> Table:
-        names = columns("reference reference_hz mode frequency_hz")
-        more = (Column("difference", "%"), *columns(f"mac reference_damping% {DAMPING}%"))
+        all_columns = (
+            *columns("reference reference_hz mode frequency_hz"),
+            Column("difference", "%"),
+            *columns(f"mac reference_damping% {DAMPING}%"),
+        )
         title = f"modes paired with {self.reference}, within {100 * self.tolerance:g} %"
-        return Table((*names, *more), self.pairs, title, "no mode")
+        return Table(all_columns, self.pairs, title, "no mode")
 
     def to_dict(self) -> dict[str, Any]:
         return {"tolerance": self.tolerance, "pairs": [pair._asdict() for pair in self.pairs]}

@@ -283,13 +283,13 @@ def _parameter_range(
     Without `over` the parameter is mu, and the range its value alone. Raises InputError for an
     unknown parameter, and for values that it may not take.
     """
-    given = scene.pad.given()
+    values = scene.pad.given()  # of the parameters that the pad has, by name
     at = Place("cycles") / "over"
     name, low, high = over or ("mu", scene.pad.mu, scene.pad.mu)
-    if name not in given:
-        raise at.must_be(name, f"one of {', '.join(given)}")
-    if not low <= given[name] <= high:
-        words = f"a range that holds {given[name]:g}, the scene's value, where the first cycle is"
+    if name not in values:
+        raise at.must_be(name, f"one of {', '.join(values)}")
+    if not low <= values[name] <= high:
+        words = f"a range that holds {values[name]:g}, the scene's value, where the first cycle is"
         raise at.must_be(f"{name}:{low:g}:{high:g}", words)
     for end in (low, high):
         scene.replace(**{name: end})  # refuses a value that the parameter may not take

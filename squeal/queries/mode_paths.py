@@ -165,9 +165,9 @@ class Paths:
     def _index_of_growth(self, mode: int) -> int:
         """The index of the own value if a mode grows there, else of that of its fastest growth."""
         path = self.path_of[mode]
-        own = np.flatnonzero(self.values == self.own_value)
-        if own.size and is_growing(path[own[:1]])[0]:
-            return int(own[0])
+        at_own_value = np.flatnonzero(self.values == self.own_value)[:1]  # its index, or none
+        if is_growing(path[at_own_value]).any():
+            return int(at_own_value[0])
         return int(np.nanargmax(path.real))
 
     def _partners(self, mode: int, is_speed: bool) -> list[int]:

@@ -85,11 +85,11 @@ def upper_end(subject: object, high: float | None) -> float:
     if not isinstance(system, System):  # the caller refuses such a subject, in words of its own
         return FRICTION_END
     name = system.parameter
-    own = system.parameters[name]
+    present = system.parameters[name]
     if name == FRICTION:
-        return max(FRICTION_END, own)
-    if own > 0.0:
-        return BEYOND_PRESENT * own
+        return max(FRICTION_END, present)
+    if present > 0.0:
+        return BEYOND_PRESENT * present
     raise InputError(
-        f"high: missing; {name} is {own:g} now, so give the largest {name} that occurs"
+        f"high: missing; {name} is {present:g} now, so give the largest {name} that occurs"
     )

@@ -220,8 +220,8 @@ def _rise_within(crossings: Sequence[Crossing], interval: Interval) -> int:
 def _is_mixed(crossings: Sequence[Crossing], interval: Interval) -> bool:
     """True if an interval holds crossings of several kinds or directions."""
     low, high = interval
-    kinds = {(each.kind, each.direction) for each in crossings if low <= each.mu <= high}
-    return len(kinds) > 1
+    inside = [crossing for crossing in crossings if low <= crossing.mu <= high]
+    return len({(crossing.kind, crossing.direction) for crossing in inside}) > 1
 
 
 def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:

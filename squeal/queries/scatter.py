@@ -284,15 +284,15 @@ def _compute_all(
     """
     size = CHUNK if isinstance(subject, Scene) else 1  # systems are computed one by one
     chunks = [changes[start : start + size] for start in range(0, len(changes), size)]
-    known: dict[int, list[Sample]] = {}  # by number of the chunk
+    chunks_done: dict[int, list[Sample]] = {}  # by number of the chunk
     if journal is not None:
         digest = digest_of(subject, *question)
-        known = sample_journal.read_or_begin(Path(journal), digest)
-    missing = [number for number in range(len(chunks)) if number not in known]
-    done = sum(len(samples) for samples in known.values())
+        chunks_done = sample_journal.read_or_begin(Path(journal), digest)
+    missing = [number for number in range(len(chunks)) if number not in chunks_done]
+    done = sum(len(samples) for samples in chunks_done.values())
     computed = mapped(samples_of, [chunks[number] for number in missing], workers, computer)
     for number, samples in zip(missing, computed, strict=True):
-        known[number] = samples
+        chunks_done[number] = samples
         done += len(samples)
         if journal is not None:
             sample_journal.append(Path(journal), number, samples)
@@ -300,5 +300,5 @@ def _compute_all(
             progress(done, len(changes))
     in_order = []
     for number in range(len(chunks)):
-        in_order += known[number]
+        in_order += chunks_done[number]
     return in_order

@@ -104,7 +104,7 @@ def sensitivity(
         source = known_eigenvalues.source
         assert isinstance(source, PadSource)
         assert source.analysis is not None  # every answer of eigenvalues has it
-        # the answer may be at another mu than the scene's, and have other numbers of modes
+        # the answer may be at another mu than the scene's, and number its modes in another way
         answer = pad_root_sensitivity(subject.replace(mu=known_eigenvalues.value), source.analysis)
         return replace(answer, modes=known_eigenvalues.modes)
     from squeal.queries.systems.eigenvalues import system_eigenvalues
@@ -126,6 +126,7 @@ def sensitivity(
                 "known: is the answer for another band, region or number of modes; that for the "
                 "same ones is allowed, or leave them out"
             )
+    # the system with a further parameter for each of the `matrices`
     system = with_matrices(analysis.file, matrices or {})
     if of_threshold:
         if known_thresholds is None:

@@ -129,8 +129,8 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
         factor = term.factor
         # `curvature` bounds the second derivative between two values, and is 0 of a linear factor.
         # A formula that is linear between -1 and 1 is linear everywhere; a table may bend beyond
-        low, high = (-math.inf, math.inf) if isinstance(factor, Tabulated) else (-1.0, 1.0)
-        if loop in factor.names and factor.curvature(parameters, loop, low, high) != 0.0:
+        reach = math.inf if isinstance(factor, Tabulated) else 1.0
+        if loop in factor.names and factor.curvature(parameters, loop, -reach, reach) != 0.0:
             words = f"is not linear in {loop}, which is no gain then"
             raise InputError(f"loop: the factor {factor.text} {words}")
     mass, damping, stiffness = system.derivative(loop, parameters)

@@ -57,9 +57,9 @@ def sobol_indices(names: Sequence[str], values: Array, seed: int, same: float) -
         The largest total index first; empty, with a warning, where nothing varies or too few
         samples are known.
     """
-    known = values[:, np.all(np.isfinite(values), axis=0)]
-    n = known.shape[1]
-    if n < FEWEST or np.ptp(known[:2]) <= same * np.abs(known[:2]).max():
+    finite = values[:, np.all(np.isfinite(values), axis=0)]
+    n = finite.shape[1]
+    if n < FEWEST or np.ptp(finite[:2]) <= same * np.abs(finite[:2]).max():
         words = "no Sobol indices: fewer than 8 samples are known, or all are one to rounding"
         Place("indices").warn(words)
         return ()
@@ -67,12 +67,12 @@ def sobol_indices(names: Sequence[str], values: Array, seed: int, same: float) -
     resampled = []  # bootstrap: of each repetition the shares (2, d)
     for _ in range(RESAMPLED):
         drawn = random.integers(n, size=n)
-        resampled.append(_shares_of_variance(known[:, drawn]))
+        resampled.append(_shares_of_variance(finite[:, drawn]))
     tails = [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2]
     lower, upper = np.nanquantile(resampled, tails, axis=0).tolist()
     first_low, total_low = lower
     first_high, total_high = upper
-    first, total = _shares_of_variance(known).tolist()
+    first, total = _shares_of_variance(finite).tolist()
     indices = []
     for k, name in enumerate(names):
         index = Index(

@@ -87,7 +87,10 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
         return KnownLinearisation(matrices, doubt=Doubt.NOT_ENCLOSED)
     K = enclosed.K
     # the damping that the model has been given, with what falling friction adds to it
-    C = Balls.exact(np.zeros((3, 3)) if model.damping is None else np.array(model.damping))
+    damping = np.zeros((3, 3))
+    if model.damping is not None:
+        damping = np.array(model.damping)
+    C = Balls.exact(damping)
     if not enclosed.C.is_zero:  # friction falls with speed, which damps x' alone
         summed = C.plus(enclosed.C)
         # a sum of balls widens each entry by a rounding: those to which a zero is added stay exact
@@ -147,15 +150,17 @@ def damping_errors(scene: Scene) -> Array:
         return np.zeros((3, 3))
     model, q, state = without_friction(scene)
     M, _, K_given = linearise(model, q, state)
-    known = known_linearisation(model, q, state)
-    if known.errors is None or (known.moved is not None and known.moved.state != state):
+    linearisation = known_linearisation(model, q, state)
+    if linearisation.errors is None or (
+        linearisation.moved is not None and linearisation.moved.state != state
+    ):
         return np.full((3, 3), np.inf)
     mass_root = np.sqrt(np.outer(np.diag(M), np.diag(M)))
     A = K_given / mass_root
     B, _ = normalised_damping(damping, A)
-    _, K_error = known.errors
+    _, K_error = linearisation.errors
     # the damping was made of K_given, which may lie off the K about the enclosed equilibrium
-    A_error = (np.abs(K_given - known.matrices.K) + K_error) / mass_root
+    A_error = (np.abs(K_given - linearisation.matrices.K) + K_error) / mass_root
     A_error += ROUNDING * np.linalg.norm(A, 2)
     error = ROUNDING * np.linalg.norm(B, 2) * np.ones((3, 3))
     # A counts as symmetric in `normalised_damping`: two entries change together
@@ -183,19 +188,19 @@ def analyse(scene: Scene) -> PadAnalysis:
 
 def analyse_about_origin(model: PadModel) -> PadAnalysis:
     """Eigenvalues of a linear model, in full contact about the origin, and the verdict."""
-    known = known_linearisation(model, np.zeros(3), model.full)
-    spectrum, judgement = roots_and_verdict(*known.matrices)
+    linearisation = known_linearisation(model, np.zeros(3), model.full)
+    spectrum, judgement = roots_and_verdict(*linearisation.matrices)
     return PadAnalysis(
         model=model.name,
         q=(0.0, 0.0, 0.0),
         R_n=None,
         state=model.full,
         how="about the origin, full contact",
-        matrices=known.matrices,
+        matrices=linearisation.matrices,
         spectrum=spectrum,
         judgement=judgement,
-        errors=known.errors,
-        doubt=known.doubt,
+        errors=linearisation.errors,
+        doubt=linearisation.doubt,
     )
 
 
@@ -205,20 +210,20 @@ def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> 
     how: the way in which the equilibrium was found, in words.
     """
     at = model.replace(mu=equilibrium.mu)
-    known = known_linearisation(at, equilibrium.q, equilibrium.state)
-    spectrum, judgement = roots_and_verdict(*known.matrices)
-    accepted = known.moved or equilibrium
+    linearisation = known_linearisation(at, equilibrium.q, equilibrium.state)
+    spectrum, judgement = roots_and_verdict(*linearisation.matrices)
+    accepted = linearisation.moved or equilibrium
     return PadAnalysis(
         model=model.name,
         q=accepted.q,
         R_n=accepted.R_n,
         state=accepted.state,
         how=how,
-        matrices=known.matrices,
+        matrices=linearisation.matrices,
         spectrum=spectrum,
         judgement=judgement,
-        errors=known.errors,
-        doubt=known.doubt,
+        errors=linearisation.errors,
+        doubt=linearisation.doubt,
         on_branch=equilibrium.on_branch,
         warnings=equilibrium.warnings,
     )

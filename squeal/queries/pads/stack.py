@@ -230,7 +230,7 @@ class PadStack:
         names = parameters(scene.pad_model)
         rows = []  # of each parameter its values in all pads
         for name in names:
-            rows.append([getattr(one.pad, name) for one in changed])
+            rows.append([getattr(changed_scene.pad, name) for changed_scene in changed])
         return PadStack.of(scene, names, np.array(rows))
 
     @property
