@@ -1,10 +1,10 @@
-"""Whether factors of terms bend so much over a step that roots may do what its ends do not tell.
+"""Whether factors of terms bend so much over a step that it may hide a change of stability.
 
 A root z is -lambda^2 of an undamped system, -i lambda of an undamped gyroscopic one and lambda of
 any other, see `continuation`. The line on which nothing grows or decays is the real axis of the
 first two, of an undamped one from 0 up (below, it diverges), and the imaginary axis of the third.
-What cannot be told from the ends is that two roots meet on the line, or that one crosses it or
-leaves it at its end.
+Such a change is that two roots meet on the line, or that one crosses it or leaves it at its end; it
+is hidden where the spectra at both ends of the step show no sign of it.
 """
 
 import itertools
@@ -24,10 +24,12 @@ from squeal.linear.steps import Step
 from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula
 
-UNSEEN = 0.05
-"""Between two values: of the range of a factor over all values, what is neglected."""
-NEGLIGIBLE = 1e-6  # ... of its size, which the range of a constant factor is not
-HALVINGS = 8  # of the gap between two values, until a factor is known to stay within its box
+NEGLECTED_SHARE = 0.05
+"""How far a factor may leave the range of its values at two neighbours, over its whole range."""
+NEGLECTED_OF_SIZE = 1e-6
+"""... over its size, so that rounding of a factor that is constant does not count."""
+HALVINGS = 8
+"""How often the interval of two values is halved until bounds of a factor are narrow enough."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +40,8 @@ class Factor:
     formula: Formula | Modulus | Tabulated
 
     @cached_property
-    def change(self) -> MCK:
-        """What it multiplies in M, C and K: the sums of the matrices of its terms."""
+    def matrices(self) -> MCK:
+        """The matrices (n, n) that it multiplies in M, C and K: sums over the terms with it."""
         sums = []
         for terms in self.system.parts:
             total = np.zeros((self.system.n, self.system.n))
@@ -62,8 +64,8 @@ class Factor:
     def chord_error(self, low: float, high: float) -> float:
         """How far the factor may lie from its chord between two values of the parameter.
 
-        It is the error of linear interpolation, max |f''| (high - low)^2 / 8; inf if no bound is
-        known.
+        It is the error of linear interpolation, max |f''| (high - low)^2 / 8; inf if no bound of
+        f'' is known.
         """
         name = self.system.parameter
         curvature = self.formula.curvature(self._parameters(low), name, low, high)
@@ -71,7 +73,10 @@ class Factor:
 
     def deviation(self, low: float, high: float) -> float:
         """As `chord_error`, but 0 if the slope changes by a quarter of itself at most, so that
-        roots move as by a straight factor."""
+        roots move as they would for a linear factor.
+
+        The slope changes by max |f''| (high - low) at most, which is 8 errors / (high - low).
+        """
         error = self.chord_error(low, high)
         name = self.system.parameter
         slopes = [abs(self.formula.slope(self._parameters(p), name)) for p in (low, high)]
@@ -82,18 +87,26 @@ class Factor:
     def stays_within(
         self, box: tuple[Array, Array], ends: tuple[float, float], halvings: int = HALVINGS
     ) -> bool:
-        """True if the factor stays within a box between two values of the parameter.
+        """True if the factor is known to stay within a box between two values of the parameter.
 
-        Where its values at both, and how far it may lie from the chord, leave the box both halves
-        are asked, at most so many times. Without a bound (inf), as of mu**1.5 from 0, the values at
-        all ends decide.
+        It does if its values at both, widened by `chord_error`, lie in the box. Otherwise each half
+        of the interval is examined in the same way, down to intervals halved `halvings` times. If
+        no bound of the error is known even there (inf), as of mu**1.5 from 0, the values decide.
+
+        Parameters
+        ----------
+        box : (lowest, highest)
+            Bounds of the real and of the imaginary part, arrays (2,).
+        ends : (low, high)
+            The two values of the parameter.
         """
+        lowest, highest = box
         low, high = ends
         error = self.chord_error(low, high)
         at_ends = self.points(ends)
         if not halvings and math.isinf(error):
             error = 0.0
-        if np.all(at_ends - error >= box[0]) and np.all(at_ends + error <= box[1]):
+        if np.all(at_ends - error >= lowest) and np.all(at_ends + error <= highest):
             return True
         if not halvings:
             return False
@@ -111,16 +124,18 @@ def factors_of(system: SystemFunction) -> list[Factor]:
     return [Factor(system, formula) for formula in depending]
 
 
-def unseen_factor(system: System, values: Sequence[float]) -> str | None:
-    """The text of a factor that may rise and fall between two neighbours of rising values of the
-    free parameter; None if there is none.
+def undersampled_factor(system: System, values: Sequence[float]) -> str | None:
+    """The text of a factor that may rise and fall again between two neighbours of a rising sequence
+    of values of the free parameter, which then is too coarse for it; None if there is none.
 
-    It does if it leaves the box around its values at both (real and imaginary part) by more than
-    the larger of a share `UNSEEN` of its range over all values and a share `NEGLIGIBLE` of itself.
+    The real and the imaginary part may leave the ranges of their values at the two neighbours by a
+    margin: the larger of a share `NEGLECTED_SHARE` of the factor's range over all values and a
+    share `NEGLECTED_OF_SIZE` of its size.
     """
     for factor in factors_of(system):
-        shown = factor.points(values)
-        margin = max(UNSEEN * np.ptp(shown, axis=0).max(), NEGLIGIBLE * np.abs(shown).max())
+        sampled = factor.points(values)
+        of_range = NEGLECTED_SHARE * np.ptp(sampled, axis=0).max()
+        margin = max(of_range, NEGLECTED_OF_SIZE * np.abs(sampled).max())
         for ends in itertools.pairwise(values):
             at_ends = factor.points(ends)
             box = (np.min(at_ends, axis=0) - margin, np.max(at_ends, axis=0) + margin)
@@ -130,24 +145,26 @@ def unseen_factor(system: System, values: Sequence[float]) -> str | None:
 
 
 def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool:
-    """True if a factor bends so much within a step that roots may do what its ends do not tell.
+    """True if a factor bends so much within a step that it may hide a change of stability.
 
-    At both ends the movement of the roots is estimated for a factor that lies above or below its
-    chord by its deviation. This guard is for ranges that are proved on request alone: those of
-    systems of more than 40 rows, and of factors that are tabulated over the parameter.
+    Within the step the factor lies off its chord by its deviation at most. At both ends we estimate
+    how far this moves the roots. Ranges that are proved in any case do without this guard: it is
+    for systems of more than 40 rows, and for factors that are tabulated over the parameter.
     """
     deviation = factor.deviation(step.before.value, step.after.value)
-    if deviation in (0.0, np.inf):  # no bend, or one without a known bound
-        return deviation > 0.0
+    if deviation == 0.0:
+        return False
+    if math.isinf(deviation):  # no bound is known
+        return True
     for spectrum in (step.before, step.after):
-        couplings = continuation.couplings(spectrum, factor.change)
+        couplings = continuation.couplings(spectrum, factor.matrices)
         if _may_leave_line(spectrum, couplings, deviation):
             return True
     return False
 
 
 def _may_leave_line(spectrum: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
-    """True if two roots may meet on the line, or one cross it, while a factor deviates by so much.
+    """True if two roots may meet on the line, or one cross it, as a factor leaves its chord.
 
     To first order a root moves by the deviation times its slope. The distance of two roots z_k, z_l
     of [[z_k, 0], [0, z_l]] + deviation [[W_kk, W_kl], [W_lk, W_ll]] has the square
@@ -162,7 +179,7 @@ def _may_leave_line(spectrum: SpectrumAtParameter, W: ComplexArray, deviation: f
         The matrices that the factor multiplies, in the eigenvectors of the spectrum: the slopes of
         its z per unit of the factor on the diagonal, their couplings beside it.
     deviation : float
-        By how much the factor may deviate.
+        How far the factor may lie from its chord.
     """
     slopes = W.diagonal()
     coupling = np.sqrt(np.abs(W * W.T))

@@ -20,7 +20,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
-from squeal.linear.matrices import EPS, MCK, Array, SingularTogetherError, divisor, norm_of
+from squeal.linear.matrices import (
+    EPS,
+    MCK,
+    Array,
+    SingularTogetherError,
+    StandardProblem,
+    divisor,
+    norm_of,
+)
 from squeal.linear.roots import ComplexArray
 
 EXACT_ROWS = 40
@@ -32,7 +40,8 @@ GAP = 3e2
 GAP_OF_SQUARES = 1e6
 """... and of s = -lambda^2."""
 WIDE = 1e9
-"""How many times greater than the least the greatest root is where sqrt(GAP) suffices."""
+"""How many times greater than the least the greatest root is where a gap of sqrt(GAP), or of the
+square root of that of squares, suffices: rounding then hides the least roots."""
 THROUGH_INFINITY = (
     "M, C and K: a root passes through infinity within the range, as where what holds or damps a "
     "motion without mass vanishes, or grows far faster than others; thresholds can be given of a "
@@ -56,46 +65,38 @@ def state_pencil(M: NDArray, C: NDArray, K: NDArray, heavy: int) -> tuple[NDArra
     return F, E
 
 
-def separating(X: NDArray) -> tuple[NDArray, int]:
-    """Q (n, n) and the rank r of X (m, n): columns of X Q are independent, and from r on zero.
+def zero_columns_last(X: NDArray) -> tuple[NDArray, int]:
+    """Q (n, n) and the rank r of X (m, n): r columns of X Q are independent, those after them zero.
 
-    The first r are columns of X, times powers of two. The null vectors that follow are found by
-    Gauss-Jordan elimination with complete pivoting, in fractions for up to `EXACT_ROWS` columns:
-    coordinates are often mixed by integers, which leaves exact zeros.
+    The first r columns of X Q are columns of X, times powers of two. The other columns of Q are
+    null vectors of X, by Gauss-Jordan elimination with complete pivoting, in fractions for up to
+    `EXACT_ROWS` columns: coordinates are often mixed by integers, which leaves exact zeros.
     """
     n = X.shape[1]
     scale = np.exp2(-np.round(np.log2(divisor(np.abs(X).max(axis=0)))))
-    work: NDArray = X * scale
+    reduced: NDArray = X * scale  # its largest entries are about 1
     if n <= EXACT_ROWS:
-        work = np.vectorize(Fraction, otypes=[object])(work)
+        reduced = np.vectorize(Fraction, otypes=[object])(reduced)
     rows: list[int] = []
     pivots: list[int] = []  # the column that each row of `rows` was solved for
     while len(rows) < min(X.shape):
-        sizes = np.abs(work).astype(float)
+        sizes = np.abs(reduced).astype(float)
         sizes[rows] = 0.0  # these have their pivots
         row, column = np.unravel_index(np.argmax(sizes), sizes.shape)
-        if not sizes[row, column] > 4 * EPS * n:
+        if not sizes[row, column] > 4 * EPS * n:  # rounding may have left what remains
             break
-        work[row] = work[row] / work[row, column]
-        multiples = work[:, column].copy()
+        reduced[row] = reduced[row] / reduced[row, column]
+        multiples = reduced[:, column].copy()
         multiples[row] = 0
-        work = work - np.outer(multiples, work[row])
+        reduced = reduced - np.outer(multiples, reduced[row])
         rows.append(int(row))
         pivots.append(int(column))
     rank = len(rows)
-    massless = np.setdiff1d(np.arange(n), pivots)
-    Q = np.eye(n)[:, [*pivots, *massless]]
-    # row i is now x_pivot + sum of work[i, massless] x_massless = 0 for a null vector x
-    Q[pivots, rank:] = -work[rows][:, massless].astype(float)
+    dependent = np.setdiff1d(np.arange(n), pivots)
+    Q = np.eye(n)[:, [*pivots, *dependent]]
+    # row i now says x_pivot + sum of reduced[i, dependent] x_dependent = 0 for a null vector x
+    Q[pivots, rank:] = -reduced[rows][:, dependent].astype(float)
     return scale[:, None] * Q, rank
-
-
-class FiniteProblem(NamedTuple):
-    """A with the finite roots as eigenvalues, its derivative, and how large its terms are."""
-
-    A: NDArray
-    derivative: NDArray
-    sizes: Array
 
 
 class Pencil(NamedTuple):
@@ -117,19 +118,19 @@ class Subspaces(NamedTuple):
 
 
 class FastRootGrowsError(MatrixError):
-    """A root that was left out grows at some value: all roots have to be followed."""
+    """A fast root that was left out grows at some value, so that none may be left out."""
 
 
 class Condensation:
-    """What takes the finite roots out of the pencils of systems, at any value of a parameter.
+    """The reduction of a system to its finite roots, at any value of its parameter.
 
-    Raises MatrixError where all numbers are roots or none is one, and where one passes through
-    infinity.
+    Its numbers and the start of its iterations are those of some samples of the system. Raises
+    MatrixError where every number is a root or none is, and where a root passes through infinity.
 
     Attributes
     ----------
     size : int
-        How many roots are left.
+        How many roots are followed, m in shapes.
     frequency_scale : float
         What they are divided by, 1/s; s = -lambda^2 by its square.
     left_out : int
@@ -142,10 +143,12 @@ class Condensation:
         undamped: whether z is s = -lambda^2; all_roots: whether a fast root may not be left out.
         """
         masses: Array = np.array(samples)[:, 0]
-        if np.array_equal(masses[1:], masses[:-1]):
+        if np.array_equal(masses[1:], masses[:-1]):  # M does not vary
             masses = masses[:1]
-        self._right, self._heavy = separating(np.concatenate(list(masses)))
-        left, self._heavy_rows = separating(np.concatenate(list(masses.swapaxes(1, 2))))
+        # coordinates without mass at all samples come last, and rows alike
+        self._right, self._heavy = zero_columns_last(np.concatenate(list(masses)))
+        transposed = np.concatenate(list(masses.swapaxes(1, 2)))
+        left, self._heavy_rows = zero_columns_last(transposed)
         self._left = left.T
         self._undamped = undamped
         self.frequency_scale = rate = _frequency_scale(samples)
@@ -160,25 +163,25 @@ class Condensation:
         pencils = list(map(self._pencil, samples))
         self._middle = pencils[len(pencils) // 2]
         roots, powers = zip(*map(_finite_roots, pencils), strict=True)
-        sizes = list(map(len, roots))
-        self.size: int = min(sizes)
+        counts = list(map(len, roots))  # fewer where rounding hides a great root
+        self.size: int = min(counts)
         self._powers: int = max(powers)
-        if not any(sizes):
+        if not any(counts):
             raise MatrixError(
                 "M, C and K: no motion but free ones satisfies them, so that none begins to grow"
             )
         if self.size and not all_roots:
             self._leave_fast_roots(roots)
-        self.left_out = max(sizes) - self.size
-        if self.left_out and (all_roots or not self.size):
+        self.left_out = max(counts) - self.size
+        if self.left_out and (all_roots or not self.size):  # a finite root is lost at a sample
             raise MatrixError(THROUGH_INFINITY)
         self._fix_subspaces()
 
     def _fix_subspaces(self) -> None:
         """Set the subspaces from which those of all pencils are iterated, and their scale.
 
-        Random ones are iterated for the middle sample; `_reference` (size, N) then fixes the scale
-        of all right bases by reference R = 1, so that they vary smoothly with the parameter.
+        Random ones are iterated for the middle sample. `_reference` (m, N) then fixes the scale of
+        all right bases R (N, m) by reference R = 1, so that they vary smoothly with the parameter.
         """
         start = np.random.default_rng(self.size).standard_normal((len(self._middle.E), self.size))
         self._start = Subspaces(start.T, start, sign=0.0)
@@ -189,7 +192,8 @@ class Condensation:
     def _leave_fast_roots(self, samples: Sequence[ComplexArray]) -> None:
         """Leave out the roots beyond the first great gap of their sizes, if all of them decay.
 
-        Each power of T shrinks their share by the gap: more powers are taken, down to rounding.
+        Sets `size` and `_powers`: each power of T shrinks the share of the roots beyond the gap by
+        the gap, and as many are added as shrink it to rounding.
 
         samples: the finite roots, over the frequency scale, by rising size at some values of the
         parameter; at some of these rounding may hide the greatest.
@@ -197,18 +201,18 @@ class Condensation:
         # at least 1, the frequency scale, so that a root near zero leaves no gap above itself
         sizes = np.maximum(np.abs(samples[len(samples) // 2]), 1.0)
         gaps = (sizes[1:] / sizes[:-1])[: self.size]
-        least = GAP_OF_SQUARES if self._undamped else GAP
+        great_gap = GAP_OF_SQUARES if self._undamped else GAP
         if sizes[-1] > WIDE * sizes[0]:
-            least = math.sqrt(least)
-        if not np.any(gaps >= least):
+            great_gap = math.sqrt(great_gap)
+        if not np.any(gaps >= great_gap):
             return
-        followed = int(np.argmax(gaps >= least)) + 1  # roots below the first such gap
+        followed = int(np.argmax(gaps >= great_gap)) + 1  # roots below the first such gap
         if all(self._decay(roots[followed:]) for roots in samples):
             self.size = followed
             self._powers += math.ceil(math.log(EPS) / -math.log(gaps[followed - 1]))
 
     def _decay(self, fast: ComplexArray) -> bool:
-        """True if fast roots decay or, without damping, are real numbers s > 0."""
+        """True if all fast roots decay or, without damping, are real numbers s = -lambda^2 > 0."""
         if self._undamped:
             return bool(np.all((fast.real > 0.0) & (np.abs(fast.imag) < EPS**0.5 * fast.real)))
         return bool(np.all(fast.real < 0.0))
@@ -218,7 +222,7 @@ class Condensation:
         if not self.left_out:
             return np.zeros(0, dtype=complex)
         L, R, _ = subspaces
-        # what L E and E R do not see: fast and infinite roots
+        # null vectors of L E, and of E R from the left, span fast and infinite roots
         right = np.linalg.svd(L @ pencil.E)[2][self.size :].T
         left = np.linalg.svd((pencil.E @ R).T)[2][self.size :]
         return _finite_roots(Pencil(left @ pencil.F @ right, left @ pencil.E @ right))[0]
@@ -226,7 +230,7 @@ class Condensation:
     def _transformed(self, matrices: MCK, of_terms: bool = False) -> list[NDArray]:
         """L X R of X = M, C and K, whose massless rows and columns come last.
 
-        of_terms: the sums of the sizes of its terms instead, |L| |X| |R|.
+        of_terms: the sums |L| |X| |R| of the sizes of their terms instead.
         """
         transformed = []
         for X in matrices:
@@ -254,9 +258,10 @@ class Condensation:
         return Pencil(F, E)
 
     def _subspaces(self, pencil: Pencil) -> Subspaces:
-        """The subspaces of the followed roots, by powers of T = (F - sigma E)^-1 E.
+        """The subspaces L and R of the followed roots, by powers of T = (F - sigma E)^-1 E.
 
-        Raises LinAlgError where a followed root is infinite.
+        Each power is applied to the bases of `_start`, and to L with the transposed pencil. Raises
+        LinAlgError where a followed root is infinite.
         """
         F, E = pencil
         sigma, _ = _shift(pencil)
@@ -274,11 +279,11 @@ class Condensation:
         sign = np.linalg.slogdet(shifted)[0] * np.linalg.slogdet(of_followed)[0]
         return Subspaces(L, R, float(sign))
 
-    def problem(self, matrices: MCK, slopes: MCK, value: float) -> FiniteProblem:
+    def problem(self, matrices: MCK, slopes: MCK, value: float) -> StandardProblem:
         """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK.
 
-        value: of the parameter. Terms of a matrix that cancel have sizes of about |X| and
-        |value dX|, by which rounding of the entries is bounded.
+        value: of the parameter. The terms of a matrix X that cancel have sizes of about |X| and
+        |value dX|, by which rounding of its entries is bounded.
         """
         pencil = self._pencil(matrices)
         try:
@@ -301,8 +306,9 @@ class Condensation:
             L @ (dF @ R - dE @ R @ A),
             np.abs(L) @ (np.abs(dF) @ abs_R + np.abs(dE) @ abs_R @ np.abs(A)),
         )
+        # the pencil has s over the squared frequency scale, but undamped z = s itself
         unit = self.frequency_scale**2 if self._undamped else 1.0
-        return FiniteProblem(unit * A, unit * derivative, unit * sizes)
+        return StandardProblem(unit * A, unit * derivative, unit * sizes)
 
 
 def _frequency_scale(samples: Sequence[MCK]) -> float:
@@ -328,18 +334,19 @@ def _balancing(matrices: Sequence[NDArray]) -> tuple[Array, Array]:
     """Factors (n, 1) and (1, n), powers of 2, of rows and columns, so that entries are about one.
 
     First the logarithms of all entries are brought near zero by least squares (Curtis and Reid
-    1972), whatever the units; then the largest entry of each row and column to about one. Rows and
-    columns take turns, as axes k = 0 and 1.
+    1972), whatever the units; then the largest entry of each row and column is brought to about
+    one. Rows (k = 0) and columns (k = 1) take turns, eight times and three times: each is then
+    balanced for the factors that the others have.
     """
     size = np.max(np.abs(matrices), axis=0)
     used = np.sign(size)  # 1 of entries that are not zero, else 0
     logarithms = np.log2(divisor(size))
     factors = [np.ones((len(size), 1)), np.ones((1, len(size)))]
     for k in (0, 1) * 8:
-        powers = used * (np.log2(factors[0]) + logarithms + np.log2(factors[1]))
-        mean = powers.sum(axis=1 - k, keepdims=True) / divisor(used.sum(axis=1 - k, keepdims=True))
+        scaled = used * (np.log2(factors[0]) + logarithms + np.log2(factors[1]))
+        mean = scaled.sum(axis=1 - k, keepdims=True) / divisor(used.sum(axis=1 - k, keepdims=True))
         factors[k] = factors[k] * np.exp2(-mean)
-    factors = [np.exp2(np.round(np.log2(each))) for each in factors]
+    factors = [np.exp2(np.round(np.log2(factor))) for factor in factors]
     for k in (0, 1) * 3:
         largest = (factors[0] * size * factors[1]).max(axis=1 - k, keepdims=True)
         factors[k] = factors[k] * 0.5 ** np.round(np.log2(divisor(largest)))
@@ -370,11 +377,11 @@ def _shift(pencil: Pencil) -> tuple[float, float]:
 
 
 def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
-    """The finite roots, by rising size, and how many powers of T leave these alone.
+    """The finite roots, by rising size, and the power of T that leaves these alone.
 
-    Infinite roots are the zero eigenvalues of T. In chains they vanish only under a power of it, so
-    T is restricted to its range until it is regular. The number of powers is one more than that of
-    restrictions.
+    Infinite roots are the zero eigenvalues of T = (F - sigma E)^-1 E. In chains they vanish only
+    under a power of it, so T is restricted to its range until it is regular. The power is one more
+    than the number of restrictions.
     """
     F, E = pencil
     sigma, condition = _shift(pencil)
@@ -383,6 +390,7 @@ def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
     powers = 1
     while len(T):
         left, singular, right = np.linalg.svd(T)
+        # |u_i|' errors |v_i|: how far rounding may move each singular value
         bounds = np.sum(np.abs(left.T) @ errors * np.abs(right), axis=1)
         kept = singular > bounds
         if kept.all():

@@ -27,6 +27,7 @@ from squeal.linear.matrices import (
     ILL_CONDITIONED,
     MCK,
     Array,
+    StandardProblem,
     components,
     divisor,
     first_order,
@@ -57,9 +58,9 @@ class ProblemClass(StrEnum):
     DAMPED = "damped"
 
     def exponents(self, z: ComplexArray, scale: float | Array) -> ComplexArray:
-        """The eigenvalues lambda (...), rad/s, of z (...); without damping those that do not decay.
+        """The eigenvalues lambda (...), rad/s, of z (...); of z = -lambda^2 the root with Re >= 0.
 
-        scale: of frequencies, 1/s, without a use where z = -lambda^2.
+        scale: the frequency scale, 1/s, by which z was divided; not used where z = -lambda^2.
         """
         if self is UNDAMPED:
             return np.sqrt(-z + 0j)
@@ -183,14 +184,16 @@ class SpectrumAtParameter:
 
     @cached_property
     def close(self) -> Bools:
-        """Which roots (m, m) rounding does not separate. The bound holds twice: rounding moves the
-        squared difference of two roots by twice that difference times itself."""
+        """Which two roots (m, m) rounding does not separate; each root is close to itself.
+
+        The bound counts twice: rounding e of a difference moves its square by twice e times it.
+        """
         distances = np.abs(self.z[:, None] - self.z)
         return distances <= 2 * self.unresolved
 
     @property
     def unresolved(self) -> Array:
-        """How far two roots z (m, m) have to differ so that they are not one to rounding."""
+        """How far two roots z (m, m) must lie apart so that rounding does not explain it."""
         return np.add.outer(self.rounding, self.rounding)
 
     @property
@@ -256,7 +259,11 @@ class SpectrumAtParameter:
 
     @cached_property
     def count_bounds(self) -> tuple[int, int]:
-        """At least and at most how many roots lambda (two for a pair) grow, rounding considered."""
+        """The least and the greatest number of growing roots lambda (two for a pair), as far as
+        rounding tells.
+
+        Masks (m,) tell which z certainly stand for growing roots, and which possibly do.
+        """
         z = self.z
         rounding = 2 * self.rounding  # that of two which are close, see `close`
         per_root = np.ones(len(z))  # how many growing roots lambda each z stands for
@@ -269,7 +276,7 @@ class SpectrumAtParameter:
             per_root += np.sign(z.imag) * ~self.z_is_real
         elif self.problem is GYROSCOPIC:  # z = -i lambda
             certain = z.imag < -rounding
-            possible = has_close_root  # by itself a root stays on the real axis
+            possible = has_close_root  # z leaves the real axis only together with another
         else:  # each complex s and each negative one gives a growing root
             certain = (np.abs(z.imag) > rounding) | (z.real < -rounding)
             possible = has_close_root | (z.real < rounding)
@@ -307,7 +314,7 @@ class SpectrumAtParameter:
             conjugate &= positive
         if self.problem is GYROSCOPIC:  # two that are opposite meet at zero
             conjugate |= (np.abs(z[:, None] + z) <= unresolved) & self.z_is_real
-        k, l = np.nonzero(np.triu((may_meet[:, None] & may_meet) | conjugate, 1))
+        k, l = np.nonzero(np.triu((may_meet[:, None] & may_meet) | conjugate, 1))  # k < l
         both_ways = np.stack([k, l]), np.stack([l, k])
         with np.errstate(all="ignore"):
             inverse = np.where(np.abs(differences) > unresolved, 1 / differences, 0.0)
@@ -326,18 +333,6 @@ class SpectrumAtParameter:
             indirect=T[both_ways],
             bend=bend,
         )
-
-
-class StandardProblem(NamedTuple):
-    """The standard eigenproblem A z = z v at one value of the parameter.
-
-    A: the matrix (N, N); derivative: dA/dp (N, N); sizes (N, N): the rounding of each entry of A
-    is the machine precision times this.
-    """
-
-    A: NDArray
-    derivative: NDArray
-    sizes: Array
 
 
 class Continuation:
@@ -365,7 +360,7 @@ class Continuation:
         high: float,
         all_roots: bool = False,
     ) -> None:
-        """all_roots: also roots far faster than the others, although the others lose digits."""
+        """all_roots: keep roots far faster than the others, although the others lose digits."""
         self.system = system
         self.low = low
         self.high = high
@@ -395,7 +390,7 @@ class Continuation:
         self._components: list[NDArray[np.intp]] = list(np.arange(self.size)[:, None])
         self._state_scales = np.ones(self.size)
         zero = np.zeros_like(samples[0][0])
-        # sets frequency scale and components
+        # these calls set the frequency scale and the components too
         problems = [self._standard_problem(matrices, (zero, zero, zero)) for matrices in samples]
         if (
             self.problem is not UNDAMPED
@@ -421,13 +416,12 @@ class Continuation:
 
         value: of the parameter, if the slopes are by it.
 
-        With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
-        derivatives are dA = L dK R - (L dM R) A and dB = L dC R - (L dM R) B. What one
-        strong component of the rows does to another changes no eigenvalue and costs digits: it is
-        left out.
+        It is that of the projected matrices, see `_regular_problem`, or of the condensation where
+        M is singular. Entries of A by which one strong component of the rows acts on another change
+        no eigenvalue and cost digits: they are set to zero.
 
-        The first call sets the frequency scale for all others; entries that were zero so far renew
-        the pattern and the components.
+        The first call sets the frequency scale for all others. Entries that were zero at all values
+        so far renew the pattern and the components.
         """
         M, C, K = (self._projected(X) for X in matrices)
         dM, dC, dK = (self._projected(X) for X in slopes)
@@ -450,7 +444,11 @@ class Continuation:
         return StandardProblem(A, dA, sizes)
 
     def _regular_problem(self, matrices: MCK, slopes: MCK) -> StandardProblem:
-        """The problem of projected matrices with a regular M, in first-order form if damped."""
+        """The problem of projected matrices with a regular M, in first-order form if damped.
+
+        With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
+        derivatives are dA = L dK R - (L dM R) A and dB = L dC R - (L dM R) B.
+        """
         M, C, K = matrices
         dM, dC, dK = slopes
         left, right = _normalising(M)
@@ -494,17 +492,17 @@ class Continuation:
         return problems
 
     def standard_problem(self, p: float) -> StandardProblem:
-        """The standard eigenproblem at p; the last one is kept."""
+        """The standard eigenproblem at p; the last one computed is stored."""
         if self._last is None or self._last[0] != p:
             self._last = p, self._standard_problems([p])[0]
         return self._last[1]
 
     def rows_of_components(self, right: NDArray, left: NDArray) -> NDArray[np.intp]:
-        """The rows of the strong components in which vectors (N, k) are not zero."""
-        acting = np.any((right != 0.0) | (left != 0.0), axis=1)
+        """The rows of all strong components in which some of the vectors (N, k) is not zero."""
+        is_nonzero = np.any((right != 0.0) | (left != 0.0), axis=1)
         chosen = np.zeros(self.size, dtype=bool)
         for rows in self._components:
-            chosen[rows] = acting[rows].any()
+            chosen[rows] = is_nonzero[rows].any()
         return np.flatnonzero(chosen)
 
     def couplings(self, spectrum: SpectrumAtParameter, change: MCK) -> ComplexArray:
@@ -518,10 +516,10 @@ class Continuation:
         return _in_vectors(derivative, spectrum.left, spectrum.right)
 
     def perturbed_by_rounding(self, p: float) -> list[StandardProblem]:
-        """The problem at p with derivatives by relative changes of the numbers behind A.
+        """Problems at p whose `derivative` is that of A by a relative change of a number behind it.
 
-        One for each number that a system computes its matrices from, such as those of a pad's
-        equilibrium; none of a system that has no method for it.
+        One for each number that the system computes its matrices from, such as those of a pad's
+        equilibrium; none if the system has no method `perturbed_by_rounding`.
         """
         perturbed = getattr(self.system, "perturbed_by_rounding", None)
         if perturbed is None:
@@ -532,7 +530,7 @@ class Continuation:
         """The spectrum at p, computed once."""
         if p not in self._spectra:
             problem = self.standard_problem(p)
-            roots, right = _eigenvectors(problem.A, self._components)
+            roots, right = _eigenpairs(problem.A, self._components)
             self._add(p, problem, roots, right)
         return self._spectra[p]
 
@@ -542,12 +540,12 @@ class Continuation:
         if new and self.size <= SMALL_ROWS:
             problems = self._standard_problems(new)
             matrices = np.array([problem.A for problem in problems])
-            roots, right = _eigenvectors(matrices, self._components)
+            roots, right = _eigenpairs(matrices, self._components)
             for i, p in enumerate(new):
                 self._add(p, problems[i], roots[i], right[i])
 
     def _add(self, p: float, problem: StandardProblem, roots: NDArray, right: NDArray) -> None:
-        """Keep the spectrum at p, from its roots (N,) and right vectors (N, N).
+        """Store the spectrum at p, from its roots (N,) and unit right vectors (N, N).
 
         Left vectors and the rounding of the roots are computed here, component by component.
         """
@@ -575,9 +573,11 @@ class Continuation:
         )
 
 
-def _balanced_states(samples: Sequence[NDArray], parts: Sequence[NDArray[np.intp]]) -> Array:
-    """Scale factors (N,) of the states, by which the matrix of each strongly connected component
-    has a norm close to its own largest root.
+def _balanced_states(
+    samples: Sequence[NDArray], component_rows: Sequence[NDArray[np.intp]]
+) -> Array:
+    """Scale factors (N,) of the states: those with which the matrix of each strongly connected
+    component has a norm close to its own largest root.
 
     The first half of the states are displacements, the second half velocities over one frequency
     scale, that of the fastest component. Beside a stiff row or a strong damper a slow component
@@ -588,36 +588,34 @@ def _balanced_states(samples: Sequence[NDArray], parts: Sequence[NDArray[np.intp
     ----------
     samples : sequence of array (N, N)
         The matrix at some values of the parameter.
-    parts : sequence of array of int
+    component_rows : sequence of array of int
         The rows of its strongly connected components.
     """
-    units = np.ones(len(samples[0]))
-    half = len(units) // 2
-    for rows in parts:
+    scales = np.ones(len(samples[0]))
+    half = len(scales) // 2
+    for rows in component_rows:
         upper = rows[rows < half]
         lower = rows[rows >= half]
         stiffness = max(norm_of(A[np.ix_(lower, upper)]) if len(upper) else 0.0 for A in samples)
         damping = max(norm_of(A[np.ix_(lower, lower)]) if len(lower) else 0.0 for A in samples)
         highest = max(math.sqrt(stiffness), damping)
         if len(upper) and len(lower) and highest:
-            units[lower] = 2.0 ** round(math.log2(highest))
-    return units
+            scales[lower] = 2.0 ** round(math.log2(highest))
+    return scales
 
 
 def _in_vectors(matrix: NDArray, left: NDArray, right: NDArray) -> ComplexArray:
     """A matrix (N, N) in eigenvectors: left^H matrix right (m, m), scaled as if left^H right = 1.
 
-    left, right: unit vectors (N, m). The product of those of a defective eigenvalue, which has no
-    slope, is zero to rounding; it is taken for EPS.
+    left, right: unit vectors (N, m). The product left^H right of a defective eigenvalue, which has
+    no slope, is zero to rounding; it is replaced by EPS.
     """
     products = np.sum(left.conj() * right, axis=0)
     products = np.where(np.abs(products) < EPS, EPS, products)
     return np.asarray(left.conj().T @ (matrix @ right) / products[:, None], dtype=complex)
 
 
-def _eigenvectors(
-    A: NDArray, component_rows: Sequence[NDArray[np.intp]]
-) -> tuple[NDArray, NDArray]:
+def _eigenpairs(A: NDArray, component_rows: Sequence[NDArray[np.intp]]) -> tuple[NDArray, NDArray]:
     """Eigenvalues (..., N) and unit right vectors (..., N, N) of matrices (..., N, N).
 
     `component_rows` are the rows of each strong component of the matrices; each component is solved
@@ -642,12 +640,12 @@ def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> Pr
 
 
 def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
-    """Projections P and Q that take the free motions, whose roots are zero throughout, out.
+    """Projections P and Q that remove the free motions, whose roots are zero at all values.
 
-    Free motions are the vectors x on which neither K nor C acts at any sample. The parameter may
-    change the combinations y of rows with y' K = y' C = 0, as by a force that acts between bodies
-    at one end alone, and in other rows the motions x: both are taken out in turn, y as a motion of
-    the transposes, until none is left, since each pass takes one of a chain of zeros.
+    Free motions are the vectors x with K x = C x = 0 at all samples, or the combinations y of rows
+    with y' K = y' C = 0. Where the parameter changes the one it need not change the other, as by a
+    force that acts between bodies at one end alone. Both are removed in turn, y as a motion of the
+    transposed matrices, until none is left: each pass removes one zero of a chain of zeros.
     P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots.
 
     Parameters
@@ -671,7 +669,8 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     while len(M) < size_before:
         size_before = len(M)
         for _ in range(2):
-            rows, columns = _beside_free_motions(M, acting)
+            rows, columns = _complement_of_free_motions(M, acting)
+            # the transposes change the roles of P and Q; after both passes these are as before
             P, Q = Q @ columns, P @ rows
             M, *acting = [(rows.conj().T @ X @ columns).conj().T for X in (M, *acting)]
     if len(M) == len(P):
@@ -679,11 +678,12 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     return P, Q
 
 
-def _beside_free_motions(M: Array, acting: Sequence[Array]) -> tuple[Array, Array]:
-    """P and Q (n, n - k), orthogonal to M x and to M' y, of k motions x on which no matrix acts.
+def _complement_of_free_motions(M: Array, acting: Sequence[Array]) -> tuple[Array, Array]:
+    """P and Q (n, n - k) with P' M x = 0 and y' M Q = 0, without k free motions x.
 
-    y is x, or M x where y' M x would be singular. Both are the identity if there is no such motion,
-    if all are, or if a motion has no mass.
+    On these none of the matrices `acting` acts: X x = 0. y is x, or M x where y' M x would be
+    singular. P and Q are identities if no motion is free, if all are, or if one of them has no
+    mass.
     """
     # scaled to a unit diagonal of M and to a largest entry of 1, so that units do not matter
     scale = 1.0 / np.sqrt(divisor(np.abs(np.diag(M))))[:, None]
@@ -706,10 +706,11 @@ def _beside_free_motions(M: Array, acting: Sequence[Array]) -> tuple[Array, Arra
 
 
 def _normalising(M: Array) -> tuple[Array, Array]:
-    """L, R (n, n) with L M R = 1, which take the units of the unknowns out; M is regular.
+    """L, R (n, n) with L M R = 1, which remove the units of the unknowns; M is regular.
 
-    If M is symmetric, positive definite, L = R'. Else R is diagonal and scales columns to a largest
-    entry of 1, that of the rows being 1 too, and L is the inverse of M R.
+    If M is symmetric, positive definite, L = R'. Else R is diagonal: it scales the columns of M,
+    whose rows have been scaled to a largest entry of 1, to a largest entry of 1. L is the inverse
+    of M R.
     """
     try:
         R = normalised_system(M, None, np.zeros_like(M)).T

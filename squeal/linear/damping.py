@@ -1,9 +1,8 @@
 """Damping that is not given as a matrix: of Rayleigh, of modes, and structural.
 
-It refers to the structure's own stiffness: the symmetric part of K at the system's own parameters,
+It refers to the stiffness of the structure: the symmetric part of K at the system's own parameters,
 without friction. The friction coefficient is the parameter `mu`; in a system without one it is the
-swept parameter, if all matrices of K that it multiplies are unsymmetric. A factor of one changes
-nothing.
+swept parameter, if all matrices of K that it multiplies are unsymmetric.
 """
 
 import dataclasses
@@ -25,7 +24,7 @@ from squeal.numerics.differentiation import ONE, Formula, Parameters
 MOST_DENSE = 2000
 """Rows up to which modal damping is a full matrix of all modes."""
 ROUNDED = 16.0
-"""Roundings of an entry of that matrix for each row, of the norm of the matrix."""
+"""Of that matrix of n rows: each entry is known to this times n roundings of the matrix's norm."""
 
 Ratios = float | Sequence[float] | Callable[[Array], Array]
 """Damping ratios: of all modes, of the first ones, or a function of frequencies (Hz)."""
@@ -118,10 +117,10 @@ def damped(
         alpha (1/s) and beta (s): C gains alpha M + beta K.
     ratios : float, sequence of float or function
         Damping ratios zeta of all modes, of the first ones by rising omega, or as a function of
-        frequencies (Hz) that is NaN for other modes: C gains M Phi diag(2 zeta omega) Phi' M, where
-        Phi' M Phi = 1. Of more than 2000 rows it is added by a row for each mode, and a function
-        damps a quarter to half of all modes at most, the lowest, with a warning if more lie in its
-        range.
+        frequencies (Hz) that is NaN for modes without damping: C gains M Phi diag(2 zeta omega)
+        Phi' M, where Phi' M Phi = 1. A system of more than 2000 rows gains a row for each damped
+        mode instead (`bordered`). There a function damps the lowest modes alone, a quarter to half
+        of all at most, with a warning if more lie in its range.
     structural : float
         The loss factor eta: K gains i eta K. That describes exp(lambda t) with Im lambda > 0; roots
         below the real axis are mirror images.
@@ -183,13 +182,14 @@ def damped(
 def _of_stiffness(
     system: System, terms: Iterable[int], coefficient: float, stiffness: Matrix
 ) -> Term:
-    """The term of a coefficient times the stiffness of the structure, known as its terms are.
+    """The term of a coefficient times the stiffness of the structure, with errors of its entries.
 
-    terms: indices of the terms of K that the stiffness (n, n), as of `structure_stiffness`, is of.
+    terms: indices of the terms of K of which the stiffness (n, n) is made, see
+    `structure_stiffness`.
     """
     parameters = frictionless(system)
     parts = []
-    for i in terms:  # of the product the real part counts
+    for i in terms:  # |factor| bounds the error of the real part
         weight = coefficient * abs(system.K[i].factor.value(parameters))
         parts.append((weight, system.K[i]))
     total = sum_of_terms(coefficient * stiffness, ONE, parts)
@@ -219,7 +219,7 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         # of a large system only the modes in the range of the table are computed
         omega, modes = real_modes(K, M, count=n, ratios=ratios if is_large else None)
         zeta = ratios(omega / math.tau)
-        # the highest mode computed lies in the table's range, so that others above may do so
+        # the highest mode computed lies in the table's range, so that higher ones may lie in it too
         if is_large and np.isfinite(zeta[-1]):
             warnings.warn(
                 f"damping.ratios: modes above {omega[-1] / math.tau:.6g} Hz are not damped, "
@@ -248,10 +248,9 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
     if not is_damped.any():
         raise InputError("damping.ratios: no mode of the structure lies in the table's range")
     if undamped.digits is not None:  # modes of nearly one frequency may be any mixture of them
-        words = (
+        system = system.assuming(
             f"damping by ratios is that of modes which {undamped.digits} digits do not determine"
         )
-        system = system.assuming(words)
     U = (M @ modes[:, is_damped]) * np.sqrt(2 * zeta * omega)[is_damped]
     first, last = omega[is_damped][[0, -1]] / math.tau
     description = Damped(
@@ -261,7 +260,7 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
     )
     if n <= MOST_DENSE:
         damping = U @ U.T
-        # of the products and of the modes, which exact arithmetic must not take for given
+        # of the products and of the modes: exact arithmetic must not take the entries for exact
         rounding = ROUNDED * n * EPS * norm_of(damping)
         term = Term(damping, rounding=rounding, name="ratios")
         return dataclasses.replace(system, C=(*system.C, term)), description

@@ -46,8 +46,8 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
 
     This comes on top of half a unit in the last place of each entry, which the callers allow for
     anyway, and is zero where nothing else was rounded. Terms that cancel leave a rounding of the
-    size of the terms: it is bounded by the sizes of the exact errors of all products and sums of
-    doubles (Dekker, Numer. Math. 18, 1971). Where a term is complex it is a bound for all of them.
+    size of the terms. It is the sum of the sizes of the exact errors of all products and sums of
+    doubles (Dekker, Numer. Math. 18, 1971); where one of the terms is complex, of bounds of them.
     """
     parameters = system.parameters
     errors = []
@@ -65,7 +65,7 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
             error = error + abs(factor) * term.rounding
             error = error + _error_of_factor(term, parameters) * np.abs(matrix)
             if isinstance(factor, complex) or not is_real:
-                # its product, and its share in each of the sums, real and imaginary parts
+                # bounds: of its product, and of its share in each of the sums, for both parts
                 size = abs(factor) * np.abs(matrix)
                 error = error + 2.0 * (len(active) + 1) * EPS * size
                 continue
@@ -74,7 +74,7 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
             error = error + np.abs(sum_error)
             if len(active) > 1:  # the error of a single product is within its half unit
                 error = error + np.abs(product_error)
-        errors.append(error * (1.0 + 8.0 * EPS))  # a bound in spite of rounding in these sums
+        errors.append(error * (1.0 + 8.0 * EPS))  # so much for rounding of the errors themselves
     return errors[0], errors[1], errors[2]
 
 
@@ -86,8 +86,8 @@ def _is_real(term: Term, parameters: Parameters) -> bool:
 def _error_of_factor(term: Term, parameters: Parameters) -> float:
     """How far rounding may have moved the factor of a term.
 
-    Of a formula it is the distance from its value in fractions, 0 of a number or a parameter alone,
-    which are exact doubles. Of other factors it is a bound, four roundings.
+    Of a formula it is the distance to its value in fractions: 0 of a number or of a parameter
+    alone, which are exact doubles. Of other factors it is a bound of four roundings.
     """
     factor = term.factor
     value = abs(factor.value(parameters))
@@ -131,13 +131,13 @@ def _exact_sum(a: Array, b: Array) -> tuple[Array, Array]:
     return total, (a - (total - b_added)) + (b - b_added)
 
 
-def _off_the_axis(
+def _may_leave_axis(
     values: NDArray[np.complex128], bounds: Array, signs: Array | None
 ) -> NDArray[np.bool_]:
     """Which roots (m,) of a real undamped system may leave the imaginary axis within their bounds.
 
-    A root leaves it through zero or where it meets another one; where M and K are symmetric, only
-    one of the other sign of x^H M x (Krein's condition), as an indefinite M allows.
+    A root leaves it through zero or where it meets another one. Where M and K are symmetric, that
+    other root must have the other sign of x^H M x (Krein's condition), as an indefinite M allows.
 
     Parameters
     ----------
@@ -192,23 +192,23 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
         of_simple_root = change / np.abs(2 * z * mass + products(y, C, x))
         of_double_root = np.sqrt(size**2 + change / np.abs(mass))
         is_near_zero = of_simple_root > NEAR_ZERO * size
-        near_zero_bounds = np.fmin(2 * of_simple_root, of_double_root)  # of a NaN the other one
+        near_zero_bounds = np.fmin(2 * of_simple_root, of_double_root)  # fmin leaves out a NaN
         bounds = np.where(is_near_zero, near_zero_bounds, of_simple_root)
     unknown = ~np.isfinite(bounds)  # at a coalescence, where y^H P' x is zero
     bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
-    may_grow = np.ones(len(z), dtype=bool)  # with damping each root may leave the axis
+    may_leave_axis = np.ones(len(z), dtype=bool)  # with damping each root may
     if system.real and not norm_of(C):
         signs = None
         if all(abs(X - X.T).max() == 0.0 for X in (M, K)):
             signs = np.sign(products(x, M, x).real)
-        may_grow = _off_the_axis(z, bounds, signs)
-    known = []
+        may_leave_axis = _may_leave_axis(z, bounds, signs)
+    bounded_roots = []
     for k, root in enumerate(roots):
         bound = float(bounds[k])
         bounded = replace(root, error=bound, sign_is_open=False)
-        if may_grow[k]:
+        if may_leave_axis[k]:
             has_unknown_sign = abs(root.value.real) <= bound
             rounding = max(root.rounding, bound)
             bounded = replace(bounded, rounding=rounding, sign_is_open=has_unknown_sign)
-        known.append(bounded)
-    return tuple(known)
+        bounded_roots.append(bounded)
+    return tuple(bounded_roots)

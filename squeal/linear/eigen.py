@@ -42,11 +42,10 @@ class Eigenvalue:
     rounding : float
         How far rounding may move it, rad/s.
     error : float, optional
-        How far a reduction, or what digits of data leave open, may move it, rad/s; by a proof only
-        if that shows in the digits of a table, a millionth of its size or of its real part.
-        `rounding` holds less.
+        How far a reduction, or the digits that data do not have, may move it, rad/s. After a proof
+        it is set only where a table shows it: from a millionth of the size or of the real part on.
     sign_is_open : bool
-        True if this error leaves open whether it grows.
+        True if `error` leaves open whether it grows.
     proved_to_grow : bool
         True if it is proved to grow, however far rounding may move it.
     """
@@ -155,8 +154,8 @@ class UnstableMode:
     """A mode that grows: a pair of eigenvalues (flutter) or a real one (divergence).
 
     damping_ratio is negative; onset is the parameter value at which this mode began to grow, None
-    where it is not known or the mode grows from the start of the range on; interval: where it lies,
-    None to rounding.
+    where it is not known or the mode grows from the start of the range on; interval holds the
+    onset, None where it is known to rounding.
     """
 
     kind: str
@@ -175,8 +174,8 @@ class UnstableMode:
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
     """The modes of eigenvalues that grow by more than rounding, the fastest first.
 
-    Those that decide nothing are left out, and of each pair the conjugate with Im < 0. Two
-    conjugates that rounding does not tell from real roots are both divergent.
+    Eigenvalues on which no verdict may rest are left out, and of each pair the conjugate with
+    Im < 0. Two conjugates that rounding does not tell from real roots count as two divergences.
     """
     modes = []
     for e in sorted(values, key=lambda e: -e.growth_rate):
@@ -216,7 +215,8 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 def spectrum_of(system: NormalisedSystem, roots: RootsWithRounding | None = None) -> Spectrum:
     """All eigenvalues of a system in mass-normalised coordinates, see `complex_eigenvalues`.
 
-    roots: what `roots_of` gives of it, if that is known.
+    roots: the result of `roots_of` for this system, if the caller has it; its vectors and condition
+    numbers are completed in place.
     """
     A = system.A
     B = np.zeros_like(A) if system.B is None else system.B
@@ -225,11 +225,11 @@ def spectrum_of(system: NormalisedSystem, roots: RootsWithRounding | None = None
     one_component_drives_another = (reach != reach.T).any()
     if one_component_drives_another:
         _complete_vectors(A, B, reach, values, right, left, condition)
-    length = np.abs(values)
+    abs_values = np.abs(values)
     norm_A = float(np.linalg.norm(A, 2))
     norm_B = float(np.linalg.norm(B, 2))
     # of the terms of P(lambda) x = (lambda^2 + lambda B + A) x, P(lambda) x itself is the defect
-    size = (length**2 + length * norm_B + norm_A) * np.linalg.norm(right, axis=0)
+    size = (abs_values**2 + abs_values * norm_B + norm_A) * np.linalg.norm(right, axis=0)
     defect = np.linalg.norm(values**2 * right + values * (B @ right) + A @ right, axis=0)
     residuals = np.divide(defect, size, out=np.zeros_like(defect), where=size > 0)
     shapes = _physical(system.T, right)
@@ -259,10 +259,10 @@ def _complete_vectors(
 ) -> None:
     """Complete the vectors of strong components by their entries in other components, in place.
 
-    `roots_of` leaves these entries zero. The right vector reaches into driven components, the left
-    one into driving ones: both are not zero in their own component alone. y^H P'(lambda) x is a sum
-    over that component, so that scaling the longer vectors to unit length divides it, and
-    multiplies the condition number, by the product of their lengths.
+    `roots_of` leaves these entries zero. The right vector gets entries in the components that the
+    root's component drives, the left one in those that drive it. So both are nonzero in the root's
+    component alone, and y^H P'(lambda) x is still a sum over it. Scaling the longer vectors to unit
+    length divides this sum, and multiplies the condition number, by the product of their lengths.
 
     Parameters
     ----------
@@ -275,11 +275,11 @@ def _complete_vectors(
     right, left : array (n, m)
         Vectors as columns, zero outside of the component of each root; on return of unit length.
     condition : array (m,)
-        Condition numbers of the roots in their components.
+        Condition numbers of the roots in their components; on return in the whole system.
     """
     identity = np.eye(len(A))
-    # a component depends on more unknowns than those that drive it, so that it comes behind them
-    # where sorted by their number; of the adjoint problem the reverse
+    # a component depends on all unknowns on which a component that drives it depends, and on more:
+    # sorted by their number it comes behind. In the adjoint problem driving ones come behind
     driven_last = sorted(components(reach), key=lambda rows: reach[rows[0]].sum())
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
     for k, z in enumerate(values):
@@ -296,10 +296,11 @@ def _complete_vector(
     component_rows: Sequence[NDArray[np.intp]],
     vector: ComplexArray,
 ) -> float:
-    """Complete the null vector (n,) of one component of P by what it drives in others, in place.
+    """Complete the null vector (n,) of one component of P by its entries in driven ones, in place.
 
-    In the rows of a driven component P x = 0 is solved for its entries, those before it known.
-    Where a driven component is singular, too, the vector of that one alone comes out.
+    In the rows of each driven component P x = 0 is solved for its entries; those of the components
+    before it are known by then. Where a driven component is singular, too, its own null vector
+    outweighs all other entries.
 
     Parameters
     ----------

@@ -31,6 +31,9 @@ def guesses_of(
 ) -> tuple[list[EventGuess], float | None]:
     """Where roots may cross the line within a step, and where to divide it if that is in doubt.
 
+    A root that stays away from the line, or on it, needs no guess. One whose path is a cubic is
+    examined alone, one that is left with its partner in a pair.
+
     Parameters
     ----------
     step : Step
@@ -41,10 +44,10 @@ def guesses_of(
     Returns
     -------
     guesses : list of EventGuess
-        The best there are, for a step that cannot be divided.
+        All that are found; if a division is returned too, they are for steps too short for it.
     division : float or None
-        The share of the step at which to divide it first; None if the matches are good enough, and
-        no root turns back so near the line that it may cross it twice.
+        The share of the step at which it should be divided before guesses are used; None if the
+        matches are good enough, and no root turns back so near the line that it may cross it twice.
     """
     problem = step.before.problem
     on_before = step.before.on_line
@@ -54,15 +57,15 @@ def guesses_of(
     # a real root that passes zero, perhaps with a twin
     rests_at_range_end = (starts_range & on_before) | (ends_range & on_after)
     meets_none = (on_before == on_after) | passes_zero | rests_at_range_end
-    # of which roots it is certain which root continues each, and that it has met no other one
-    known = step.matched & meets_none
+    # it is certain which root continues it, and that it has met no other one
+    is_certain = step.matched & meets_none
     stays_on_line = on_before & on_after & ~passes_zero
-    crosses_nothing = known & (_is_clear_of_line(step, passes_zero) | stays_on_line)
-    # of the others one crosses alone if its path is a cubic, else together with a second one
+    crosses_nothing = is_certain & (_is_clear_of_line(step, passes_zero) | stays_on_line)
+    # another root crosses alone if its path is a cubic, else together with a second one
     change = np.abs((step.ends.later_z - step.ends.z).real)
     change = np.maximum(change, step.highest_real - step.lowest_real)
     is_cubic = np.abs(step.deviation.real) <= DOUBT * change
-    single = known & ~crosses_nothing & is_cubic
+    single = is_certain & ~crosses_nothing & is_cubic
     guesses: list[EventGuess] = []
     for k in np.flatnonzero(single).tolist():
         guesses += _crossings_of_one(step, k, sides_known=True)
@@ -70,14 +73,14 @@ def guesses_of(
     for pair in step.pairs(sorted(doubtful)):
         guesses += _events_of_pair(step, pair)
         doubtful.difference_update(pair.indices)
-    for k in doubtful:  # the best there is if no step can be divided any more
+    for k in doubtful:  # without a partner: good enough where no step can be divided any more
         guesses += _crossings_of_one(step, k, sides_known=False)
     if doubtful:
         return guesses, DIVISION_SHARE
-    may_turn = known
-    # the cubics are of Re z: without damping its zero is passed by real roots alone
+    may_turn = is_certain
+    # the cubics are of Re z: without damping only real roots cross the line where it is zero
     if problem is not DAMPED:
-        may_turn = known & _stays_real(step)
+        may_turn = is_certain & _stays_real(step)
     return guesses, _doubtful_turn(step, may_turn)
 
 
@@ -123,10 +126,11 @@ def _is_clear_of_line(step: Step, passes_zero: Bools) -> Bools:
 def _doubtful_turn(step: Step, roots: Bools) -> float | None:
     """Where a root turns back so near the line that its cubic does not tell whether it crosses.
 
-    The cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends is off by
-    t^2 (1 - t)^2 times a constant. In the middle of the step, where that is greatest, it is taken
-    for a tenth of the range of the cubic, or of the deviation if that is more. Without this guard
-    damping that is negative for a ten-thousandth of the range would be missed.
+    Re z is near the cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends, with
+    t from 0 to 1. Its error is t^2 (1 - t)^2 times a constant. We assume that the greatest error,
+    in the middle of the step, is a tenth of the range of the cubic, or of `step.deviation` if that
+    is more. Without this guard damping that is negative for a ten-thousandth of the range would be
+    missed.
 
     Parameters
     ----------
@@ -146,8 +150,8 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
         # discriminant, with the sign that does not cancel, and the zeros have the product c1 / 3 c3
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
-        deviation = np.maximum(step.highest_real - step.lowest_real, np.abs(step.deviation.real))
-        error = 1.6 * (t * (1 - t)) ** 2 * deviation  # 1.6 / 16: a tenth at t = 1/2
+        extent = np.maximum(step.highest_real - step.lowest_real, np.abs(step.deviation.real))
+        error = 1.6 * (t * (1 - t)) ** 2 * extent  # 1.6 / 16: a tenth at t = 1/2
         is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
     is_near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
     if not is_near.any():
@@ -158,19 +162,19 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
 def _crossings_of_one(step: Step, k: int, sides_known: bool) -> Iterator[EventGuess]:
     """Where one root crosses the line: zeros of the cubic of its real part over the step.
 
-    k: the index of the root before the step; sides_known: whether it is certain, at both
-    ends, on which side of the line the root is, or that it is on it.
+    k: the index of the root before the step; sides_known: whether it is certain, at both ends of
+    the step, on which side of the line the root lies, or that it lies on it.
     """
     before = step.before
     after = step.after
     is_real = before.z_is_real[k] and after.z_is_real[step.order[k]]
-    # these leave the line where two meet only: no root z = -i lambda, and no complex s, crosses it
+    # no root z = -i lambda, and no complex s, crosses its line alone: two of them have to meet
     if before.problem is GYROSCOPIC or (before.problem is UNDAMPED and not is_real):
         return
     ends = np.array([values[k] for values in step.ends])  # (4,): see `StepEnds`
     path = ends.real.copy()
-    if sides_known:  # a root on the line at an end of the range: its slope tells its side
-        at_ends = path[[0, 2]]  # without the slopes
+    if sides_known:  # a root on the line at an end: set to zero, so that its slope tells its side
+        at_ends = path[[0, 2]]  # the values; 1 and 3 are slopes
         path[[0, 2]] = np.where(np.abs(at_ends) <= step.rounding[k], 0.0, at_ends)
     length = after.value - before.value
     for t in zeros_between(hermite_cubic(*path)):
@@ -189,7 +193,7 @@ def _crossings_of_one(step: Step, k: int, sides_known: bool) -> Iterator[EventGu
 def _events_of_pair(step: Step, pair: RootPair) -> Iterator[EventGuess]:
     """Where two roots that coalesce or separate in a step cross the line or meet on it.
 
-    The roots are mean +- sqrt(square).
+    The roots are mean +- sqrt(square); both are cubics over the step and are sampled at 101 values.
 
     - With damping one of them may cross the line, unless both lie on it at both ends of the step.
     - Without damping they may meet on it; with damping, too, if both lie on it at one end.
@@ -233,7 +237,8 @@ def _events_of_pair(step: Step, pair: RootPair) -> Iterator[EventGuess]:
 
 
 def _crossings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
-    """Where one root of a pair crosses the imaginary axis: the index before it, and the mean there.
+    """Where one root of a pair crosses the imaginary axis: the last index before the crossing, and
+    the mean of the pair there.
 
     mean, square: mean and squared half difference of the two roots at successive values (k,).
     """
@@ -244,7 +249,8 @@ def _crossings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, 
 
 
 def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
-    """Where both roots of a pair meet: the nearest index, and the mean there.
+    """Where both roots of a pair meet, as the square changes sign: the nearest index, and the mean
+    there.
 
     mean, square: mean and squared half difference of the two roots at successive values (k,).
     """
@@ -273,12 +279,12 @@ def window_guesses(
     problem = continuation.problem
     pair = roots_near(continuation, meeting.value, meeting.z, meeting.right, meeting.left)
     approach = pair.closest_approach(problem)
-    for _ in range(3):  # go to the closest approach itself
+    for _ in range(3):  # move `pair` to the closest approach itself
         if approach is None:
             return
         centre, half_width = approach
-        # the window is well extrapolated from within a few widths of it, and one of an eighth of
-        # the step is too wide to be missed
+        # from within a few widths of the window the extrapolation is good; a window as wide as an
+        # eighth of the step needs none, as it is not missed
         if abs(centre) <= 4 * half_width or half_width >= length / 8:
             break
         if abs(centre) > length:  # in another step
@@ -307,10 +313,10 @@ def window_guesses(
 def _crossings_around(
     pair: LocalRoots, centre: float, half_width: float, length: float
 ) -> Iterator[tuple[float, complex]]:
-    """Where one root of a damped pair crosses the axis: the offset from its value, the mean there.
+    """Where one root of a damped pair crosses the axis: the offset from `pair.value`, the mean.
 
-    The extrapolated pair is sampled densely where the two stay close, `half_width` around the
-    `centre`, and evenly over the `length` to both sides; all three are offsets, too.
+    The extrapolated pair is sampled densely around the `centre`, to eight times `half_width`, where
+    the two stay close, and evenly over the `length` to both sides; all are offsets, too.
     """
     offsets = centre + np.linspace(-8.0, 8.0, 404) * half_width
     offsets = offsets[np.abs(offsets) < length]
@@ -322,14 +328,15 @@ def _crossings_around(
 def _meetings_around(
     pair: LocalRoots, centre: float, half_width: float, length: float
 ) -> Iterator[tuple[float, complex]]:
-    """Where an undamped pair meets on the line: the offset from its value, and the mean there.
+    """Where an undamped pair meets on the line: the offset from `pair.value`, and the mean there.
 
-    It meets at both zeros of the parabola d, `half_width` around the `centre`, unless rounding
-    hides that d has the other sign between them. length: how far an offset may be from 0.
+    It meets at both zeros of the parabola d(x) = d + slope x + bend x^2, which lie at `half_width`
+    from the `centre`; nowhere if rounding hides that d has the other sign between them. length: how
+    far an offset may be from 0.
     """
     bend = pair.d_bend.real
     slope = pair.d_slope.real
-    # the discriminant of d + slope x + bend x^2, and what four times the noise of d makes of it
+    # the discriminant, and how far four times the noise of d moves it
     if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.d_noise:
         return
     for offset in np.array([centre - half_width, centre + half_width]):

@@ -223,28 +223,28 @@ def _locate_event(continuation: Continuation, guess: EventGuess, crosses: bool) 
         if bracket is None:
             return None
         first, last, rise = bracket
-        # of one of two roots f has the product of both real parts as a factor: it may rise where
-        # the root that crosses begins to grow or ceases to, so the direction of the root stands
+        # the sign of f tells the direction, too, unless one of two roots crosses: then f has the
+        # product of both real parts as a factor, and may rise where that root ceases to grow
         if rise and (coalesces or roots.is_single):
             direction = rise * continuation.problem.growth_sign
     if last - first > guess.width:
         return None
-    # what A is computed from, such as the equilibrium of a pad, is rounded to EPS and moves all
-    # entries together, which the noise does not show: it moves f by EPS times these slopes
-    slopes = 0.0
+    # the noise holds roundings of single entries of A. Numbers from which A is computed, such as
+    # the equilibrium of a pad, are rounded to EPS, too, and move all entries together
+    input_slopes = 0.0  # sum of |df / (relative change of such a number)|
     for perturbed in continuation.perturbed_by_rounding(p):
         local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
-        slopes += abs(local.event_function(coalesces).slope)
-    margin = 2 * EPS * slopes / slope
+        input_slopes += abs(local.event_function(coalesces).slope)
+    margin = 2 * EPS * input_slopes / slope
     interval = beyond_ends(continuation, first - margin, last + margin)
     return Event(p, root.omega, direction, interval, root.residual, coalesces)
 
 
 def beyond_ends(continuation: Continuation, first: float, last: float) -> tuple[float, float]:
-    """The interval of an event, by its width beyond each end of the range that it reaches.
+    """The interval of an event, extended beyond each end of the range that it reaches.
 
-    Rounding hides the sign at that end, so that the event itself may lie beyond. The interval of
-    an event beyond the upper end begins at that end.
+    It is extended by its width, since rounding hides the sign at that end, so that the event itself
+    may lie beyond. The interval of an event beyond the upper end begins at that end.
     """
     first = min(first, continuation.high)
     width = last - first
@@ -258,7 +258,8 @@ def beyond_ends(continuation: Continuation, first: float, last: float) -> tuple[
 class _CrossingRoot(NamedTuple):
     """A root that crosses the line at an event, or the mean of two that meet on it.
 
-    slope: of the real part of z, or of d where two meet; lambda_is_real: whether that is known.
+    slope: of the real part of z, or of d where two meet; lambda_is_real: True if lambda is known to
+    be real, False if z itself tells, by `ProblemClass.exponents`.
     """
 
     z: complex
@@ -294,7 +295,7 @@ def _root_at_event(
     is_complex = problem is DAMPED and np.iscomplexobj(A)
     if is_complex and not lambda_is_real and z.imag < 0.0:
         return None  # of complex matrices only roots above the real axis mean something
-    omega = 0.0
+    omega = 0.0  # of a real lambda
     if not lambda_is_real:
         exponent = problem.exponents(np.array(z), continuation.frequency_scale)
         omega = abs(exponent.item().imag)
@@ -326,11 +327,11 @@ def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Cro
 
 
 def _single_root(problem: ProblemClass, roots: LocalRoots, bound: float) -> _CrossingRoot | None:
-    """The single root that crosses; None if its real part is not zero to the square root of the
-    machine precision.
+    """The single root that crosses; None if its real part is not zero.
 
-    That is so next to a coalescence, where the slope is unbounded and steps are small without a
-    zero. bound: how large roots may be.
+    Newton's method may end without a zero next to a coalescence, where the slope is unbounded and
+    steps are small. bound: how large roots may be; 1e-8 of it, the square root of the machine
+    precision, counts as zero.
     """
     z = roots.mean
     if abs(z.real) > 1e-8 * bound:
@@ -341,15 +342,15 @@ def _single_root(problem: ProblemClass, roots: LocalRoots, bound: float) -> _Cro
 
 
 def _crossing_root_of_two(roots: LocalRoots) -> _CrossingRoot | None:
-    """Of two close roots the one that is nearer to the axis; None if a third root is too near.
+    """Of two close roots mean +- sqrt(d) the one nearer to the axis; None if a third is too near.
 
-    Their zero is hardly known then; another guess, of a single root or of a shorter step, leads to
-    the event.
+    The zero of the event function is hardly known then; another guess, of a single root or of a
+    shorter step, leads to the event.
     """
     if not roots.is_resolved:
         return None
     mean = roots.mean
-    half_difference = complex(np.sqrt(roots.d)) or 1e-300  # a divisor
+    half_difference = complex(np.sqrt(roots.d)) or 1e-300  # not 0, as it divides
     if not abs((mean + half_difference).real) < abs((mean - half_difference).real):
         half_difference = -half_difference
     z = mean + half_difference
@@ -373,9 +374,10 @@ class Bracket(NamedTuple):
 def bracket_by_sign(
     sign: Callable[[float], int], at: tuple[float, float], half: float, low: float, high: float
 ) -> Bracket | None:
-    """The bracket of a zero, from outside of the values at which rounding hides the sign.
+    """The bracket of a zero: the nearest values on both sides at which the sign is certain.
 
-    Of a flat function it holds the zero, which may lie further away than noise / slope says.
+    Near the zero rounding hides the sign. Of a flat function the zero may lie further away than
+    noise / slope says; the bracket holds it all the same.
 
     Parameters
     ----------
@@ -385,7 +387,7 @@ def bracket_by_sign(
         The interval in which the zero is taken to be: values are tried below the first number and
         above the second.
     half : float
-        The distance from these two that is tried first, then multiples by powers of two.
+        The distance from these two that is tried first; then it is halved or doubled.
     low, high : float
         Limits. A limit is an end of the bracket where no value nearer to `at` is certain.
 

@@ -34,7 +34,7 @@ class Cubic(NamedTuple):
     b: Bounded  # sum of the principal minors
     c: Bounded  # determinant
     discriminant: Bounded  # negative with a complex pair
-    vague: Values  # True where a great root and rounding together hide what the others do
+    unresolved: Values  # True where a great root and rounding together hide what the others do
 
 
 class _Cycles(NamedTuple):
@@ -103,7 +103,7 @@ def invariants(entries: Sequence[Values], errors: Sequence[Values] | None = None
     b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
     c = Bounded(cycles.determinant(d), 3 * unit * cycle_sizes.terms(D))
     discriminant = _discriminant(d, a, cycles, cycle_sizes, unit)
-    vague = ~np.isfinite(discriminant.value + discriminant.bound)
+    unresolved = ~np.isfinite(discriminant.value + discriminant.bound)
     share = 0.03  # of the greatest root: others up to this are far from it
     square = a.value * a.value
     # with a far root s, a is about s, b about s times the sum of the others, and c s times their
@@ -113,12 +113,12 @@ def invariants(entries: Sequence[Values], errors: Sequence[Values] | None = None
     if np.any(has_far_root):
         split, is_known = _split_discriminant(a, b, c)
         # without an error c is exactly 0, and the other roots, 0 and t, are real in any case
-        vague = np.where(has_far_root, (c.bound > 0.0) & ~is_known, vague)
+        unresolved = np.where(has_far_root, (c.bound > 0.0) & ~is_known, unresolved)
         discriminant = Bounded(
             np.where(has_far_root, split.value, discriminant.value),
             np.where(has_far_root, split.bound, discriminant.bound),
         )
-    return Cubic(a, b, c, discriminant, vague)
+    return Cubic(a, b, c, discriminant, unresolved)
 
 
 def _discriminant(

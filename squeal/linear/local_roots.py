@@ -26,9 +26,8 @@ from squeal.linear.continuation import (
     UNDAMPED,
     Continuation,
     ProblemClass,
-    StandardProblem,
 )
-from squeal.linear.matrices import BEYOND_DOUBLES, EPS, Array, norm_of
+from squeal.linear.matrices import BEYOND_DOUBLES, EPS, Array, StandardProblem, norm_of
 
 NEWTON_STEPS = 12
 """Steps of Newton's method at most, and half of the corrections to an invariant subspace."""
@@ -50,8 +49,11 @@ class EventFunction(NamedTuple):
 
 
 class ClosestApproach(NamedTuple):
-    """The middle of the two values of the parameter at which two roots would be one, as an offset
-    from where they are known, and half the distance of these values."""
+    """Where two roots come closest, by the two values of the parameter at which d = 0.
+
+    centre: the middle of these values, as an offset from `LocalRoots.value`; half_width: half of
+    their distance.
+    """
 
     centre: float
     half_width: float
@@ -108,7 +110,7 @@ class LocalRoots(NamedTuple):
         return self.mean + step * self.mean_slope, d
 
     def closest_approach(self, problem: ProblemClass) -> ClosestApproach | None:
-        """Where two roots come closest, by the zeros of the parabola d; None where d is none."""
+        """Where two roots come closest, by the zeros of d; None where d is no parabola."""
         coefficients = np.array([self.d_bend, self.d_slope, self.d])
         if problem is not DAMPED:  # of two that may meet on the line d is real, up to rounding
             coefficients = coefficients.real
@@ -153,7 +155,7 @@ class LocalRoots(NamedTuple):
 def roots_near(
     continuation: Continuation,
     p: float,
-    near: complex,
+    approximation: complex,
     right: NDArray,
     left: NDArray,
     perturbed: StandardProblem | None = None,
@@ -170,7 +172,7 @@ def roots_near(
         The system along its parameter.
     p : float
         The parameter.
-    near : complex
+    approximation : complex
         An approximate root, or the mean of two.
     right, left : array (N, 1) or (N, 2)
         Approximate right and left eigenvectors of the one or the two.
@@ -189,13 +191,14 @@ def roots_near(
     right = right[rows]
     left = left[rows]
     size = norm_of(A) or 1.0
-    # inverse iteration with a shift beside the roots: so near that it converges at once, so far
-    # that A - shift is regular; beside a root near 0 the size of A says how far
-    nudge = 1e-7 * max(abs(near), 1e-4 * size)
-    shift = near + nudge
-    if continuation.problem is UNDAMPED and abs(near.imag) <= nudge:
+    # the shift of inverse iteration lies so near to the roots that it converges at once, and so far
+    # from them that A - shift is regular; for roots near 0 the size of A sets the distance
+    distance = 1e-7 * max(abs(approximation), 1e-4 * size)
+    shift = approximation + distance
+    if continuation.problem is UNDAMPED and abs(approximation.imag) <= distance:
         shift = shift.real
-        # A is real, and so are its vectors; two conjugate columns have the same real parts
+        # A is real, and so are its vectors. Real and imaginary parts are added, since the real
+        # parts of two conjugate columns are the same
         right = right.real + right.imag
         left = left.real + left.imag
     solve, solve_adjoint = _solvers(A - shift * np.eye(len(A)))
@@ -204,8 +207,8 @@ def roots_near(
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
     block = inverse @ (A @ X)
     block_slope = inverse @ (derivative @ X)
-    # Newton's correction of X, without its part in the subspace, is the error of X to first order;
-    # the block changes by its product with Y^H A, of second order as Y is nearly invariant too
+    # the error of X is, to first order, Newton's correction without its part in the subspace. It
+    # changes the block by its product with inverse A, to second order as Y is nearly invariant too
     correction = solve(A @ X - X @ block)
     subspace_error = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
     # independent roundings in the entries of A: their variances add up
@@ -236,7 +239,7 @@ def roots_near(
 
 
 def _embedded(vectors: NDArray, rows: NDArray[np.intp], N: int) -> NDArray:
-    """Vectors (N, k) that are those given (m, k) in some `rows` (m,) and zero in all others."""
+    """Vectors (m, k) as vectors (N, k): theirs are the `rows` (m,), the other entries are zero."""
     all_rows = np.zeros((N, vectors.shape[1]), vectors.dtype)
     all_rows[rows] = vectors
     return all_rows
@@ -284,7 +287,7 @@ def _invariant_subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -
         block = X.conj().T @ image
         residual = image - X @ block
         norm = float(np.linalg.norm(residual))
-        # down to rounding, or no longer falling
+        # stop at rounding, or where the residual falls no longer
         if norm <= 64 * EPS * size or norm > 0.9 * norm_before:
             break
         correction = solve(residual)

@@ -30,14 +30,14 @@ def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ENTRY_RO
     A, B : array (N, n, n)
         In mass-normalised coordinates. Every system is damped: no B[k] is the zero matrix.
     relative_error : float or array (N,)
-        Of the matrices. Where that hides whether a root grows, and none grows beyond it, the
-        system counts as marginal.
+        Of the entries of the matrices. Where such errors hide whether a root grows, and no other
+        root certainly grows, the system counts as marginal.
     """
     relative_errors = np.broadcast_to(relative_error, len(A))
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    # of the norm: how far the error of the matrix moves a triple root
+    # as a share of the norm: an error e of the matrix moves a triple root by its cube root
     share = (2 * matrices.shape[-1] * relative_errors) ** (1 / 3)
     rounding = norm * share[:, None]
     fastest = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
@@ -52,16 +52,16 @@ def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ENTRY_RO
 
 
 def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bool_]:
-    """Which (N,) of N verdicts on z'' + B z' + A z = 0 may change by errors of the entries of A.
+    """Which (N,) of N verdicts on z'' + B z' + A z = 0 may change by errors of the entries.
 
-    Also where flutter and divergence grow equally fast as far as the errors tell: the faster one
-    names the verdict.
+    The faster of flutter and divergence names the verdict, which so may also change where both grow
+    equally fast, as far as the errors tell.
 
     Parameters
     ----------
     A, B, errors : array (N, 3, 3)
-        In mass-normalised coordinates, and how far the entries of A may be off; those of B are
-        known to the same share of the largest one. B may be None.
+        In mass-normalised coordinates, and how far each entry of A may be off. Errors of B are
+        taken to be the same share of the largest entry. B may be None.
     """
     if B is None:
         B = np.zeros_like(A)
@@ -69,7 +69,8 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     shares = share_of_largest(errors.reshape(-1, 9).T, np.abs(A).reshape(-1, 9).T)
     may_change = np.zeros(len(A), bool)
     may_change[~damped] = _errors_may_change_undamped(A[~damped], errors[~damped])
-    # marginal: whether a root grows is open. Not seen is whether one pair that grows is real
+    # marginal: errors hide whether a root grows. They may also make a growing pair two real roots,
+    # which is not examined
     may_change[damped] = damped_verdicts(A[damped], B[damped], shares[damped]) == MARGINAL
     # a pair and a real root may grow equally fast, unless their rates differ by more than errors
     # move a triple root of the scaled matrix. An undamped pair and root grow only with a negative
@@ -91,7 +92,7 @@ def _errors_may_change_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
     discriminant, unless A is symmetric. Whether a root is negative is open by the sign of a
     coefficient, unless a certain pair or another negative coefficient makes it unstable anyway.
     """
-    a, b, c, discriminant, is_vague = invariants(
+    a, b, c, discriminant, is_unresolved = invariants(
         list(A.reshape(-1, 9).T), errors=list(errors.reshape(-1, 9).T)
     )
     has_pair = discriminant.value < -discriminant.bound
@@ -103,7 +104,7 @@ def _errors_may_change_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
     is_symmetric = np.all(np.swapaxes(A, 1, 2) == A, axis=(1, 2))  # which has no complex pair
     pair_is_open = (np.abs(discriminant.value) <= discriminant.bound) & ~is_symmetric
     sign_is_open = has_open_sign & ~has_negative & ~has_pair
-    return np.asarray(pair_is_open | sign_is_open | is_vague)
+    return np.asarray(pair_is_open | sign_is_open | is_unresolved)
 
 
 def undamped_verdicts(A: Array) -> Codes:
@@ -122,11 +123,11 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     With roots s = -lambda^2 of s^3 - a s^2 + b s - c = 0: real and non-negative roots are marginal,
     a negative one is divergence, a complex pair flutter. A coalescence that rounding cannot tell
     from real roots counts as real. Where both occur the one that grows faster names the verdict.
-    Systems with vague invariants are judged by their roots.
+    Systems with unresolved invariants are judged by their roots.
 
     entries: the nine entries (N,) of the matrices A, row by row.
     """
-    a, b, c, discriminant, is_vague = invariants(entries)
+    a, b, c, discriminant, is_unresolved = invariants(entries)
     has_pair = discriminant.value < -discriminant.bound
     has_negative_product = c.value < -c.bound
     has_negative = has_negative_product | (b.value < -b.bound) | (a.value < -a.bound)
@@ -134,12 +135,12 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     codes = np.where(has_pair, FLUTTER, without_pair).astype(np.int8)
     # with a pair the real root has the sign of c
     has_both = np.flatnonzero(has_pair & has_negative_product)
-    vague = np.flatnonzero(is_vague)
-    if len(has_both) or len(vague):
+    unresolved = np.flatnonzero(is_unresolved)
+    if len(has_both) or len(unresolved):
         A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
         s = np.linalg.eigvals(A[has_both]).astype(complex)
         fastest = np.argmax(np.abs(np.sqrt(-s).real), axis=1)  # by Re lambda, lambda^2 = -s
         is_flutter = s.imag[np.arange(len(s)), fastest] != 0.0
         codes[has_both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
-        codes[vague] = [_code(A[k], B=None) for k in vague]
+        codes[unresolved] = [_code(A[k], B=None) for k in unresolved]
     return codes

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -45,6 +45,18 @@ class NormalisedSystem:
     B: Array | None
     T: Array
     relative_error: float
+
+
+class StandardProblem(NamedTuple):
+    """The standard eigenproblem A v = z v at one value of a parameter.
+
+    A: the matrix (N, N); derivative: dA/dp (N, N); sizes (N, N): the rounding of each entry of A
+    is the machine precision times this.
+    """
+
+    A: NDArray
+    derivative: NDArray
+    sizes: Array
 
 
 Matrix = Any
@@ -91,11 +103,11 @@ def given_matrix(value: object, name: str = "", real: bool = False) -> Matrix:
     Raises InputError, also for numbers that no double holds.
     """
     refuse_unit(value, Place(name or "matrix"))
-    given = unwrapped(value)
-    if np.ma.is_masked(given):
+    matrix = unwrapped(value)
+    if np.ma.is_masked(matrix):
         raise _refused(name, "has masked entries; a matrix of finite numbers is required")
     try:
-        typed, doubles = _as_doubles(given, real)
+        typed, doubles = _as_doubles(matrix, real)
     except (TypeError, ValueError, OverflowError):
         numbers = "real numbers" if real else "numbers"
         raise _refused(name, f"must be a matrix of finite {numbers}") from None
@@ -117,22 +129,24 @@ def _entries(matrix: Matrix) -> np.ndarray:
     return matrix.data if is_sparse(matrix) else matrix
 
 
-def _as_doubles(given: object, real: bool) -> tuple[Matrix, Matrix]:
-    """A matrix of finite numbers of its own type, and the same of doubles.
+def _as_doubles(matrix: object, real: bool) -> tuple[Matrix, Matrix]:
+    """A matrix of finite numbers in its own type of numbers, and the same in doubles.
 
-    Raises ValueError, TypeError or OverflowError for anything else, or what is not `real`.
+    Complex numbers without imaginary parts become real. Raises ValueError, TypeError or
+    OverflowError for anything else, and for complex numbers if `real`.
     """
     typed: Matrix
-    if is_sparse(given):
+    if is_sparse(matrix):
         from scipy.sparse import csc_array
 
-        typed = csc_array(given)  # an array also from a spmatrix, which has other methods
+        typed = csc_array(matrix)  # an array also from a spmatrix, which has other methods
     else:
-        typed = np.asarray(given)
+        typed = np.asarray(matrix)
     is_complex = np.iscomplexobj(typed)
     if is_complex and not _entries(typed).imag.any():
         typed = typed.real
         is_complex = False
+    # kinds: booleans, integers with and without sign, real and complex numbers, Python objects
     if typed.ndim != 2 or typed.dtype.kind not in "biufcO" or (real and is_complex):
         raise ValueError
     doubles = typed.astype(complex if is_complex else float, copy=False)
@@ -141,12 +155,12 @@ def _as_doubles(given: object, real: bool) -> tuple[Matrix, Matrix]:
     return typed, doubles
 
 
-def _are_rounded(given: np.ndarray, doubles: np.ndarray) -> bool:
-    """True if some entries (n, m) are not what they became as doubles, such as great integers."""
-    if given.dtype == doubles.dtype or given.dtype.itemsize <= 4:  # doubles hold all of these
+def _are_rounded(typed: np.ndarray, doubles: np.ndarray) -> bool:
+    """True if some entries of their own type differ from the same as doubles, as great integers."""
+    if typed.dtype == doubles.dtype or typed.dtype.itemsize <= 4:  # doubles hold all of these
         return False
     # as objects the comparison is of the numbers themselves
-    return bool(np.any(given.astype(object) != doubles.astype(object)))
+    return bool(np.any(typed.astype(object) != doubles.astype(object)))
 
 
 def _square(name: str, value: ArrayLike, n: int | None = None, real: bool = True) -> NDArray:
@@ -323,7 +337,7 @@ def first_order(
     A, B : array (..., n, n)
         In rad^2/s^2 and rad/s.
     frequency_scale : array_like (...), optional
-        The scale, 1/s; left out each system's own.
+        The scale, 1/s; if left out, that of each system, near its highest frequencies.
 
     Returns
     -------
@@ -449,9 +463,9 @@ def null_spaces(A: NDArray, noise: float) -> tuple[NDArray, NDArray]:
 def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
     """The multiplicity of 0 as a root of A - s M, or of A - s without M, from ranks.
 
-    The null space is split off, and what remains examined again until it has full rank: so the
-    chains of a multiple root are counted to their end, such as the double one of a free body in
-    first-order form. Singular values up to `noise` are rounding.
+    The null space is split off, and the smaller problem that remains is examined again, until it
+    has full rank: so the chains of a multiple root are counted to their end, such as the double
+    one of a free body in first-order form. Singular values up to `noise` are rounding.
     """
     count = 0
     stiffness = A
@@ -486,15 +500,18 @@ def rows_coupled_beyond_their_masses(M: Matrix) -> tuple[int, int] | None:
     allowed = diagonal[entries.row] * diagonal[entries.col]
     is_off_diagonal = entries.row != entries.col
     exceeds = np.abs(entries.data) ** 2 > MOST_COUPLED * allowed
-    found = np.flatnonzero(is_off_diagonal & exceeds)
-    if not found.size:
+    exceeding = np.flatnonzero(is_off_diagonal & exceeds)
+    if not exceeding.size:
         return None
-    return int(entries.row[found[0]]), int(entries.col[found[0]])
+    return int(entries.row[exceeding[0]]), int(entries.col[exceeding[0]])
 
 
 def why_no_mass(M: Matrix, most: int) -> str:
-    """Why a matrix (n, n) is no mass, in words: some motion has a negative one; empty if none is
-    seen. Of up to `most` rows all motions are looked at, else single rows and pairs of them."""
+    """Why a matrix (n, n) is no mass matrix, in words: some motion has a negative mass.
+
+    Empty if none is found. Of up to `most` rows all motions are examined, by eigenvalues; of more
+    rows those of a single row, or of two rows.
+    """
     diagonal = np.real(M.diagonal())
     negative = np.flatnonzero(diagonal < 0.0)
     if negative.size:

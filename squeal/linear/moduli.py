@@ -135,8 +135,9 @@ class Tabulated:
     def curvature(self, parameters: Parameters, name: str, low: float, high: float) -> float:
         """A bound of |second derivative| by a parameter between two values of it.
 
-        By the table's parameter the second derivative is linear between two points of the table;
-        inf where the factor, too, depends on that parameter.
+        By the table's parameter each piece between two points of the table is a cubic: its second
+        derivative is linear, so that it is greatest at an end. inf where the factor, too, depends
+        on that parameter.
         """
         if name != self.parameter:
             size = abs(float(self._curve(self._point_in_table(parameters))))
@@ -145,7 +146,7 @@ class Tabulated:
             return math.inf
         begins = np.asarray(self.points[:-1])
         ends = np.asarray(self.points[1:])
-        cubic, square = self._curve.c[:2]  # coefficients (m - 1,) of each piece
+        cubic, square = self._curve.c[:2]  # coefficients (m - 1,) of x^3 and x^2 of each piece
         at_begin = np.abs(2.0 * square)
         at_end = np.abs(6.0 * cubic * (ends - begins) + 2.0 * square)
         largest = np.maximum(at_begin, at_end)[(begins <= high) & (ends >= low)]
@@ -209,7 +210,8 @@ class Modulus:
     def curvature(self, parameters: Parameters, name: str, low: float, high: float) -> float:
         """A bound of |second derivative| by a parameter between two values of it.
 
-        inf by the frequency, and where both factor and loss depend on the parameter.
+        inf (no bound known) by the frequency, and where both factor and loss depend on the
+        parameter.
         """
         if name in FREQUENCY:
             return math.inf

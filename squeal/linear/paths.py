@@ -51,16 +51,16 @@ class Link(NamedTuple):
         The two spectra, of m and m' roots.
     order : array of int (m,)
         The index after of each root before; -1 where it has none.
-    known : array of bool (m,)
-        Which of these are certain.
+    is_certain : array of bool (m,)
+        For which roots that index is certain.
     indistinct : list of pairs of int
-        Roots, by their indices before, that are known to become two after, but not which is which.
+        Two roots before that certainly become two after, but not which is which: indices before.
     """
 
     before: SpectrumAtParameter
     after: SpectrumAtParameter
     order: Indices
-    known: NDArray[np.bool_]
+    is_certain: NDArray[np.bool_]
     indistinct: list[list[int]]
 
 
@@ -73,13 +73,13 @@ def links(
 ) -> Iterator[Link]:
     """Links from the spectrum at a to that at b: one, or several after the interval was halved.
 
-    The interval is halved while its vectors and slopes do not tell which root continues which, and
-    those of a shorter interval may tell.
+    The interval is halved while vectors and slopes at its ends do not tell which root continues
+    which, and those of a shorter interval may tell.
 
     Parameters
     ----------
     at : function
-        The spectrum at a value.
+        The spectrum at a value of the parameter.
     a, b : float
         The two values.
     budget : iterator
@@ -94,8 +94,8 @@ def links(
         yield Link(before, after, order, order >= 0, [])
         return
     step = Step(before, after)
-    known = np.asarray(step.same_mode.any(axis=1))
-    open_before = np.flatnonzero(~known)  # roots of unknown mode
+    is_certain = np.asarray(step.same_mode.any(axis=1))
+    open_before = np.flatnonzero(~is_certain)  # roots of unknown mode
     open_after = np.flatnonzero(~step.same_mode.any(axis=0))
     is_doubtful = len(open_before) > 0 and len(open_after) > 0
     if is_doubtful and depth:
@@ -107,11 +107,11 @@ def links(
             yield from links(at, a, middle, budget, depth - 1)
             yield from links(at, middle, b, budget, depth - 1)
             return
-    order[known] = step.same_mode.argmax(axis=1)[known]
+    order[is_certain] = step.same_mode.argmax(axis=1)[is_certain]
     indistinct: list[list[int]] = []
     if is_doubtful:
-        # the others are assigned by slopes, which is certain only of two that came close: their
-        # mean is smooth, and the sign of their difference tells which is which, unless they meet
+        # the other roots are assigned by slopes, which alone is not certain. It is of two that came
+        # close: their mean is smooth, and the angle of their difference tells which is which
         by_slopes = assigned(step.mismatch[np.ix_(open_before, open_after)])
         order[open_before] = np.where(by_slopes < 0, -1, open_after[by_slopes])
         for pair in _pairs_with_smooth_mean(step, order, open_before.tolist()):
@@ -119,19 +119,19 @@ def links(
             if keeps_order is None:
                 indistinct.append(pair)
                 continue
-            known[pair] = True
+            is_certain[pair] = True
             if not keeps_order:
                 order[pair] = order[pair[::-1]]
-    yield Link(before, after, order, known, indistinct)
+    yield Link(before, after, order, is_certain, indistinct)
 
 
 def _keeps_order(step: Step, pair: list[int], order: Indices) -> bool | None:
     """True if two roots that came close go as `order` says within a step, False if they exchange.
 
-    The square of their difference is smooth, a cubic through values and slopes at both ends. While
-    its angle turns by less than 90 degrees that of the difference turns by less than 45, so that a
-    difference after the step that points backwards has the wrong sign: the two exchange. None if it
-    turns further, and the sign is lost.
+    The square of their difference is smooth, a cubic through values and slopes at both ends. If its
+    angle in the complex plane turns by less than 90 degrees, that of the difference turns by less
+    than 45. A difference after the step that points backwards then has the wrong sign: the two
+    exchange. None if the angle turns further, which leaves the sign open.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iter
     order : array of int (m,)
         The index after the step of each root before it, or -1.
     rows : list of int
-        Indices before the step of the roots that are looked at.
+        Indices before the step of the roots that are examined.
     """
     before = step.before.z
     after = step.after.z
@@ -188,11 +188,14 @@ def _all_close(roots: ComplexArray) -> bool:
 
 
 class Loss(NamedTuple):
-    """Modes whose identity is lost between two values of the parameter, `low` and `high`."""
+    """Modes whose identity is lost between two values of the parameter, `low` and `high`.
+
+    kind: "meet" where two coalesce, "end" where a path ends, "begin" where one begins.
+    """
 
     low: float
     high: float
-    kind: str  # meet, end, begin
+    kind: str
     modes: tuple[int, ...]  # their numbers
 
 
@@ -214,14 +217,14 @@ def track_modes(
     values : sequence of float
         The values, rising.
     spare : int
-        How many values more may be computed.
+        How many values beside these may be computed.
 
     Returns
     -------
     numbers : list of arrays of int (m,)
         The number of each root's path, at each value.
     losses : list of Loss
-        Where modes are not told apart.
+        Where modes lose their identity.
     """
     budget = iter(range(spare))
     tracker = _ModeTracker(at(values[0]))
@@ -245,15 +248,15 @@ class _ModeTracker:
         self.losses: list[Loss] = []
 
     def advance(self, link: Link) -> None:
-        """Number the roots of the next spectrum."""
+        """Number the roots of the next spectrum, and add the losses on the way to it."""
         before = self.numbers
         after = np.zeros(len(link.after.z), dtype=np.intp)  # 0: without a number yet
-        after[link.order[link.known]] = before[link.known]
+        after[link.order[link.is_certain]] = before[link.is_certain]
         for pair in link.indistinct:
             after[link.order[pair]] = before[pair]
             modes = set(before[pair].tolist())
             if len(modes) > 1:
-                self._note(link, "meet", modes)
+                self._add_loss(link, "meet", modes)
         new = np.flatnonzero(after == 0)
         after[new] = self.largest + 1 + np.arange(len(new))
         self.largest += len(new)
@@ -261,11 +264,11 @@ class _ModeTracker:
         self.numbers = _shared_by_conjugates(link.after, after)
         begun = set(self.numbers.tolist()) - set(before.tolist())
         if ended:
-            self._note(link, "end", ended)
+            self._add_loss(link, "end", ended)
         if begun:
-            self._note(link, "begin", begun)
+            self._add_loss(link, "begin", begun)
 
-    def _note(self, link: Link, kind: str, modes: set[int]) -> None:
+    def _add_loss(self, link: Link, kind: str, modes: set[int]) -> None:
         loss = Loss(link.before.value, link.after.value, kind, tuple(sorted(modes)))
         self.losses.append(loss)
 
@@ -283,14 +286,18 @@ def _shared_by_conjugates(spectrum: SpectrumAtParameter, numbers: Indices) -> In
     return shared
 
 
-def mode_numbers_at(spectrum: SpectrumAtParameter, ids: Indices, values: ComplexArray) -> Indices:
+def mode_numbers_at(
+    spectrum: SpectrumAtParameter, numbers: Indices, values: ComplexArray
+) -> Indices:
     """The mode numbers of eigenvalues, from the numbered roots of a spectrum of the same matrices.
+
+    Each eigenvalue gets the number of the nearest root.
 
     Parameters
     ----------
     spectrum : SpectrumAtParameter
         The spectrum, of m roots.
-    ids : array of int (m,)
+    numbers : array of int (m,)
         The mode numbers of its roots.
     values : array (k,)
         Eigenvalues lambda, rad/s.
@@ -310,8 +317,8 @@ def mode_numbers_at(spectrum: SpectrumAtParameter, ids: Indices, values: Complex
         if half_plane.any():  # two close ones above, or below, the real axis get two modes
             nearest[half_plane] = assigned(distances[half_plane])
     allowed = np.maximum(ROOT_TOLERANCE * np.abs(z), 4 * spectrum.rounding[nearest])
-    ids = np.append(ids, 0)  # for those left over, whose index is -1
-    return np.where(distances[np.arange(len(z)), nearest] <= allowed, ids[nearest], 0)
+    numbers = np.append(numbers, 0)  # the last one, of index -1: `assigned` left the value over
+    return np.where(distances[np.arange(len(z)), nearest] <= allowed, numbers[nearest], 0)
 
 
 def mode_numbers(values: ComplexArray) -> Indices:
@@ -339,7 +346,8 @@ def mode_numbers(values: ComplexArray) -> Indices:
 def _conjugates(lower: ComplexArray, upper: ComplexArray) -> Indices:
     """For each root (m,) below the real axis the index of its conjugate among the upper ones (k,).
 
-    Of roots that are equal each has a conjugate of its own; what is left over has the nearest.
+    Of roots that are equal each gets another conjugate. Where `assigned` leaves a root over, as
+    there are more below than above, it gets the nearest one.
     """
     distances = np.abs(upper - lower[:, None].conj())
     partner = assigned(distances)
@@ -386,7 +394,7 @@ def onsets(result: Thresholds, mu: float) -> Iterator[Onset]:
     for k in np.flatnonzero(last.grows).tolist():
         exponent = last.exponents[k]
         onset = _onset_before(path, k, result)
-        if onset is not None and not onset - low > 1e-9 * (mu - low):
+        if onset is not None and onset - low <= 1e-9 * (mu - low):
             onset = None  # at the start of the range itself
         yield Onset(complex(exponent.real, abs(exponent.imag)), onset)
 
@@ -398,8 +406,8 @@ _SpectrumOnPath = tuple[Continuation, SpectrumAtParameter]
 def _spectra_away_from_crossings(result: Thresholds, mu: float) -> list[_SpectrumOnPath]:
     """The spectra by rising value, without those at which rounding may hide what grows.
 
-    These lie in the interval of a crossing or next to it. The spectrum at mu is kept in any case,
-    and is the last one.
+    Those lie in the interval of a crossing or next to it. The spectrum at mu is part of the list in
+    any case, as its last one.
     """
     low = result.searched[0].continuation.low
     margin = 1e-6 * (mu - low)
@@ -425,8 +433,9 @@ def _spectra_away_from_crossings(result: Thresholds, mu: float) -> list[_Spectru
 def _onset_before(path: Sequence[_SpectrumOnPath], k: int, result: Thresholds) -> float | None:
     """Where the root of index k at the last spectrum of a path began to grow.
 
-    The path, by rising parameter, is followed backwards. None if the root grows at its first
-    spectrum already, or no crossing explains its growth.
+    The path, by rising parameter, is followed backwards to a spectrum at which the root does not
+    grow; a crossing after it is the onset. None if the root grows at the first spectrum already, or
+    if no upward crossing lies there.
     """
     for i in range(len(path) - 1, 0, -1):
         continuation, before = path[i - 1]

@@ -37,7 +37,7 @@ class Precision(NamedTuple):
 
 
 def half_units(matrix: Matrix, digits: int) -> csc_array:
-    """How far each entry of a matrix (n, n) may be off that was written with so many digits.
+    """How far each entry of a matrix (n, n) may be off that was written with `digits` digits.
 
     It is half a unit of the last significant digit, and how far the double lies from the number
     that was written, for real and imaginary part.
@@ -45,8 +45,8 @@ def half_units(matrix: Matrix, digits: int) -> csc_array:
 
     def half(numbers: Array) -> Array:
         size = np.abs(numbers)
-        # 1e-9: just below a power of ten the digits may be those of the power itself, whose unit is
-        # wider
+        # 1e-9: a number just below a power of ten may have been written as the power itself, whose
+        # unit is ten times as wide
         leading_power = np.floor(np.log10(divisor(size)) + 1e-9)
         units = 0.5 * 10.0 ** (leading_power + 1 - digits) + np.spacing(size) / 2.0
         return np.where(size > 0.0, units * (1.0 + ROUNDED), 0.0)
@@ -65,8 +65,8 @@ def short_floats(value: object) -> np.dtype[np.floating] | None:
     >>> short_floats(np.array([[2.0, -0.5]], dtype=np.float32)), short_floats(np.array([[0.1]]))
     (None, None)
     """
-    given: Any = unwrapped(value)
-    entries: NDArray = np.asarray(given.tocoo().data if is_sparse(given) else given)
+    matrix: Any = unwrapped(value)
+    entries: NDArray = np.asarray(matrix.tocoo().data if is_sparse(matrix) else matrix)
     if entries.dtype.kind not in "fc":
         return None
     parts = [entries.real, entries.imag] if entries.dtype.kind == "c" else [entries]

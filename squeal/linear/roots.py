@@ -51,7 +51,7 @@ def ordered(values: ComplexArray) -> NDArray[np.intp]:
 def lowest(values: ComplexArray, count: int) -> NDArray[np.intp]:
     """Indices, rising, of the `count` eigenvalues (m,) of least |lambda|, all if there are fewer.
 
-    A large system is searched in a disc around zero: of no other rule its list is known complete.
+    A large system is searched in a disc around zero, so that by this rule its list is complete.
     """
     return np.sort(np.argsort(np.abs(values), kind="stable")[:count])
 
@@ -288,8 +288,8 @@ def hides_slow_roots(
 ) -> bool:
     """True if rounding hides slow roots, as beside a light mass, a stiff spring or a strong damper.
 
-    Then some root is known to fewer than three digits, or the number of zero roots is not that
-    which follows from the ranks of K and of K and C together. Callers then refuse the system or
+    Then some root has fewer than three digits, or the number of zero roots is not the one that
+    follows from the ranks of K, and of K and C together. Callers then refuse the system or
     eliminate its nearly massless coordinates.
 
     Parameters
@@ -301,17 +301,17 @@ def hides_slow_roots(
     roots : RootsWithRounding, optional
         Its roots, if they are known.
     """
-    zeros = 0  # that follow from ranks
+    expected_zeros = 0  # that follow from ranks
     for rows in components(dependence(system)):
         block = np.ix_(rows, rows)
         rank = scaled_rank(K[block])
         rank_with_damping = rank
         if C is not None and system.B is not None:
             rank_with_damping = scaled_rank(np.vstack([K[block], C[block]]))
-        # (n - rank) motions without stiffness are zero roots, (n - rank_with_damping) of them,
-        # without damping too, double ones
-        zeros += 2 * len(rows) - rank - rank_with_damping
-    known = roots or roots_of(system)
-    size = np.abs(known.values)
-    has_few_digits = np.any(known.rounding > 0.005 * size, where=size > 0.0)
-    return bool(has_few_digits or np.sum(size == 0) != zeros)
+        # each of the n - rank motions without stiffness has a zero root, and a second one if it is
+        # without damping too, as n - rank_with_damping of them are
+        expected_zeros += 2 * len(rows) - rank - rank_with_damping
+    computed = roots or roots_of(system)
+    size = np.abs(computed.values)
+    has_few_digits = np.any(computed.rounding > 0.005 * size, where=size > 0.0)
+    return bool(has_few_digits or np.sum(size == 0) != expected_zeros)

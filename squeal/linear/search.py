@@ -51,7 +51,10 @@ WIDEST_INTERVAL = 1e-4
 
 
 class RequiredCrossing(NamedTuple):
-    """What has to cross between two values: rad/s (0 of a real root), and 1 upwards or -1."""
+    """What has to cross the line between two values of the parameter.
+
+    omega: angular frequency, rad/s, 0 of a real root; direction: 1 if growth begins, -1 if it ends.
+    """
 
     omega: float
     direction: int
@@ -62,8 +65,8 @@ def required_crossings(
 ) -> list[RequiredCrossing]:
     """What has to cross the line between two values, so that the counts of growing roots agree.
 
-    The frequencies of pairs are those of the side on which more pairs grow, without those that are
-    nearest to a pair of the other side, which grows throughout.
+    Candidates are the pairs that grow on the side with more of them. For each pair that grows on
+    the other side, and so throughout, the candidate of the nearest frequency is left out.
     """
     pairs = above.unstable_count.pairs - below.unstable_count.pairs
     reals = above.unstable_count.reals - below.unstable_count.reals
@@ -75,10 +78,10 @@ def required_crossings(
     with_more, with_fewer = (above, below) if pairs > 0 else (below, above)
     candidates = [float(with_more.omegas[k]) for k in with_more.unstable_pairs]
     persisting = [float(with_fewer.omegas[k]) for k in with_fewer.unstable_pairs]
-    number = abs(pairs)
-    for omega in persisting[: max(len(candidates) - number, 0)]:
+    count = abs(pairs)
+    for omega in persisting[: max(len(candidates) - count, 0)]:
         candidates.remove(min(candidates, key=lambda candidate: abs(candidate - omega)))
-    omegas = (candidates + [0.0] * number)[:number]  # as many as pairs; 0 where none is left
+    omegas = (candidates + [0.0] * count)[:count]  # one for each pair; 0 where none is left
     pair_crossings = [RequiredCrossing(omega, int(np.sign(pairs))) for omega in omegas]
     real_crossings = [RequiredCrossing(0.0, int(np.sign(reals)))] * abs(reals)
     return pair_crossings + real_crossings
@@ -90,10 +93,7 @@ def counts_consistent(events: Sequence[Event], below: int, above: int) -> bool:
     below, above: that number at the two values. Divergent roots that join to a growing pair, or
     come from one, cross nothing and change no sum.
     """
-    rise = 0
-    for event in events:
-        rise += event.rise
-    return above - below == rise
+    return above - below == sum(event.rise for event in events)
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,8 @@ def search(
 
     The range is divided into steps, and these again, until the roots at both ends of each are
     matched. What may cross is located, and the counts of growing roots between the events decide
-    where the search has to look again. all_roots: see `Continuation`.
+    where the search is repeated. all_roots: see `Continuation`; roots that are left out first are
+    kept where one of them grows.
     """
     try:
         return _search(Continuation(system, low, high, all_roots))
@@ -177,9 +178,9 @@ class _AdaptiveRefinement:
     events : list of Event
         Those located so far, each once, by rising value.
     located : list of Event
-        The same and those that may be one of them again, or its twin.
+        All located so far: also those that may be one of `events` again, or its twin.
     unresolved : bool
-        Whether the budget ended with roots of a step unmatched, or a factor is too bent in one.
+        Whether the budget ended with roots of a step unmatched, or a factor is too bent in a step.
     """
 
     def __init__(self, continuation: Continuation, budget: int) -> None:
@@ -197,7 +198,9 @@ class _AdaptiveRefinement:
     def refine(self, low: float, high: float, depth: int = DEPTH) -> None:
         """Match all roots from low to high, in steps as short as that takes, and collect guesses.
 
-        `depth` is how often the step may still be divided.
+        The step from low to high is divided, and both parts are refined, if roots are not matched,
+        if a factor bends too much, or if more than two roots interact; `depth` is how often it may
+        still be divided.
         """
         continuation = self.continuation
         before = continuation.at(low)
@@ -207,11 +210,11 @@ class _AdaptiveRefinement:
         guesses, division = guesses_of(step, starts_range, high == continuation.high)
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
-        # more than one pair meets: each gives up to two meetings, seen from both ends
+        # one pair gives two meetings at most, one seen from each end: these are of several pairs
         crowded = len(meetings) > 2 or is_crowded(step)
         budget = float(self.budget)
         if crowded and division is None:
-            budget /= 2  # half of it is left for steps whose roots are not matched
+            budget /= 2  # the other half is left for steps whose roots are not matched
         is_spent = len(continuation.spectra) >= budget
         if is_bent or crowded:
             division = DIVISION_SHARE
@@ -228,13 +231,15 @@ class _AdaptiveRefinement:
             with suppress(np.linalg.LinAlgError):
                 self.guesses += window_guesses(continuation, meeting, length=high - low)
             if len(self.guesses) == count and continuation.problem is not DAMPED:
-                # near a third root another pair may have been taken: the count there tells
+                # near a third root a wrong pair may have been examined: `_counts_agree_outside`
+                # then finds the count at this spectrum
                 continuation.at(meeting.value)
 
     def locate_events(self) -> None:
-        """Add the events to which the guesses lead, and forget the guesses.
+        """Add the events to which the guesses lead to `located` and `events`; empty the guesses.
 
-        Of one frequency and direction events whose intervals touch may be one: the first is added.
+        Events of one frequency and direction whose intervals touch may be one: only the first is
+        added to `events`.
         """
         for guess in self.guesses:
             event = locate_event(self.continuation, guess)
@@ -262,15 +267,15 @@ class _AdaptiveRefinement:
     def clusters(self) -> list[tuple[Event, ...]]:
         """All events in clusters of coincident ones, by rising value.
 
-        Missing events are searched for before, so that the events add up to what grows between the
-        clusters as far as can be. Those at the start of the range, where growth begins from rest,
-        are a cluster of their own.
+        Missing events are searched for first, so that the events add up to the counts of growing
+        roots between the clusters wherever that is possible. Events at the start of the range,
+        whose roots lie on the line there, are a separate cluster.
         """
         continuation = self.continuation
         low = continuation.low
         midpoints = _midpoints(continuation, cluster_events(self.events, self.merge_distance))
-        # of one interval around each cluster: the ends of the range and what lies between clusters.
-        # The last midpoint may lie beyond the range, so that its interval holds an event at the end
+        # the range is divided between the clusters, so that each part holds one. The last midpoint
+        # may lie beyond the range, so that the last part holds an event at the end
         edges = [low, *midpoints[1:-1], max(midpoints[-1], continuation.high)]
         resolved: list[Event] = []
         for a, b in itertools.pairwise(edges):
@@ -288,10 +293,10 @@ class _AdaptiveRefinement:
         return clusters
 
     def split_cluster(self, events: list[Event], a: float, b: float) -> list[tuple[Event, ...]]:
-        """A cluster of events, divided between events where the count of growing roots confirms it.
+        """A cluster of events, divided between events where the counts of growing roots confirm it.
 
-        Nearly coincident crossings of twins become clusters of their own so. a and b lie below and
-        above the cluster.
+        Nearly coincident crossings of nearly equal subsystems so become separate clusters. a and b:
+        values of the parameter below and above the cluster.
         """
         parts = []
         start = 0
@@ -312,25 +317,26 @@ class _AdaptiveRefinement:
         - If the events located so far explain it, they are returned. In a wide range the spectra
           below the first event and above the last one have to agree with the counts at a and b,
           too.
-        - If there is no room to divide the range, each required crossing is taken from a located
-          event, which may stand for several equal subsystems that cross at one place, or else from
-          the count alone.
-        - If all located events coincide, more are searched for close beside them. If the count
-          changes where they lie, and not beside, equal subsystems are assumed to cross there.
-        - Else the range is divided beside the events, and both parts are resolved.
+        - If the range cannot be divided, each required crossing is taken from a located event,
+          which may stand for several equal subsystems that cross at one value, or else from the
+          count alone.
+        - If all located events coincide, more are searched for close to them. If the count changes
+          where they lie, and not next to them, equal subsystems are assumed to cross there.
+        - Else the range is divided outside of the intervals of the events, and both parts are
+          resolved.
 
         Parameters
         ----------
         a, b : float
             The range.
         limits : (float, float)
-            The widest interval that an event may have of which only the count tells.
+            The widest interval of an event that only the count shows.
         """
         continuation = self.continuation
         inside = [event for event in self.events if a <= event.value <= b]
         is_consistent = self._is_consistent(inside, a, b)
         is_coarse = b - a > self.range / 64  # a few of the first steps
-        if is_consistent and (not is_coarse or self._counts_stay_beside(inside, a, b)):
+        if is_consistent and (not is_coarse or self._counts_agree_outside(inside, a, b)):
             return inside
         division = self._division_point(a, b, inside)
         # `refine` stops at `budget` spectra; as many more are left for counts between events
@@ -348,13 +354,13 @@ class _AdaptiveRefinement:
             return events
         coincide = bool(inside) and inside[-1].value - inside[0].value <= self.merge_distance
         if coincide and not is_consistent:
-            rescanned = self._rescan_beside(a, b, inside, limits)
+            rescanned = self._rescan_near(a, b, inside, limits)
             if rescanned is not None:
                 return rescanned
             twins = [event for event in located if event is not None]
-            if required and len(twins) == len(required):  # of equal subsystems, all at one place
+            if required and len(twins) == len(required):  # equal subsystems cross at one value
                 return twins
-        if is_coarse:  # a finer range was refined within a coarse one: it is only divided
+        if is_coarse:  # within a finer range the steps were refined before
             self.refine(a, division)
             self.refine(division, b)
             self.locate_events()
@@ -363,9 +369,9 @@ class _AdaptiveRefinement:
             *self.resolve_events(division, b, limits),
         ]
 
-    def _counts_stay_beside(self, events: list[Event], a: float, b: float) -> bool:
-        """True if up to the first of the events as many roots grow as at a, and from the last one
-        on as many as at b; without events as many as at a throughout."""
+    def _counts_agree_outside(self, events: list[Event], a: float, b: float) -> bool:
+        """True if all spectra from a to the first event have as many growing roots as that at a,
+        and all from the last event to b as many as that at b; without events all as that at a."""
         continuation = self.continuation
         first = last = b
         if events:
@@ -386,13 +392,13 @@ class _AdaptiveRefinement:
         before_end = [event for event in events if event.interval[1] < b]
         return b == self.continuation.high and counts_consistent(before_end, below, above)
 
-    def _rescan_beside(
+    def _rescan_near(
         self, a: float, b: float, inside: list[Event], limits: Interval
     ) -> list[Event] | None:
-        """All events from a to b, after a finer search below and above coincident ones.
+        """All events from a to b, after a finer search just below and above coincident ones.
 
         a, b, limits: as `resolve_events`; inside: the coincident events. None if the counts change
-        where these lie, so that twins of them are missing and not crossings elsewhere.
+        where these lie alone, so that twins of them are missing and not crossings elsewhere.
         """
         continuation = self.continuation
         low, high = hull(inside)
@@ -401,7 +407,8 @@ class _AdaptiveRefinement:
         persists_below = _count_persists(continuation, (low, high), a, side=-1)
         if persists_below and _count_persists(continuation, (low, high), b, side=1):
             return None
-        margin = 16 * max(high - low, _resolution(low, high))  # as in `_count_persists`
+        # the events with a margin, as in `_count_persists`, are cut out of the range
+        margin = 16 * max(high - low, _resolution(low, high))
         before = max(low - margin, (a + low) / 2)
         after = min(high + margin, (high + b) / 2)
         cuts = [a, max(a, before), min(b, after), b]
@@ -418,8 +425,9 @@ class _AdaptiveRefinement:
     def _division_point(self, a: float, b: float, inside: list[Event]) -> float | None:
         """Where to divide the range from a to b: near the middle, or next to an event.
 
-        It lies beside the intervals of the events `inside`; None where there is no room for that.
-        A value at which the count is uncertain, and outside of those at a and b, is passed over.
+        It lies outside of the intervals of the events `inside`; None where there is no room for
+        that. A value is passed over if rounding leaves its count uncertain and this count does not
+        lie between those at a and b.
         """
         clearance = max(1e-10 * self.range, _resolution(a, b))
         fewer, more = self._counts_at_ends(a, b)
@@ -466,10 +474,11 @@ class _AdaptiveRefinement:
     def _event_from_count(
         self, crossing: RequiredCrossing, a: float, b: float, limits: Interval
     ) -> Event | None:
-        """An event of which the counts of growing roots at a and b alone tell.
+        """An event that only the counts of growing roots at a and b show.
 
-        Its interval reaches to the nearest values beside a and b at which rounding leaves no doubt
-        about the count, or fills the `limits`.
+        Its interval reaches to the nearest values below a and above b at which rounding leaves no
+        doubt about the count, or fills the `limits`. None if the root decays from the start of the
+        range on.
         """
         continuation = self.continuation
         direction = crossing.direction
@@ -495,7 +504,7 @@ class _AdaptiveRefinement:
 
 
 def _resolution(a: float, b: float) -> float:
-    """A distance that values from a to b can have at least."""
+    """The least distance, a few roundings, by which values from a to b are taken as different."""
     return 4 * float(np.spacing(max(abs(a), abs(b))))
 
 
@@ -554,7 +563,7 @@ def _count_persists(
     low, high = interval
     start = high if side > 0 else low
     width = max(high - low, _resolution(low, high))
-    # still close to the events: further away another event may change the count
+    # no further away, where another event may change the count
     reach = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
     furthest = min(max(side * (limit - start), 0.0), reach)
     expected = continuation.at(limit).growing_roots
@@ -609,7 +618,7 @@ def _rests_at_start(continuation: Continuation, omega: float) -> bool:
     resting = near & spectrum.on_line
     if continuation.problem is DAMPED:
         return bool(resting.any())
-    # more close pairs than those of each root with itself
+    # each root is close to itself: more entries than roots mean that two are close
     return bool(spectrum.close[np.ix_(resting, resting)].sum() > resting.sum())
 
 
@@ -629,7 +638,7 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
     offset = events[0].direction * float(distance)  # into the side on which the roots grow
     sign = 1.0
     if not low <= events[0].value + offset <= high:
-        sign = -1.0  # what decays fastest inside grows fastest beyond the end
+        sign = -1.0  # the root that decays fastest inside grows fastest beyond the end
     spectrum = continuation.at(events[0].value + sign * offset)
     rates = sign * spectrum.exponents.real
 
@@ -643,7 +652,7 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
 
 
 def _is_steady(continuation: Continuation, low: float, high: float, growing: int) -> bool:
-    """True if in each spectrum from low to high so many roots grow, as far as rounding tells."""
+    """True if as many roots as `growing` grow in each spectrum from low to high, to rounding."""
     for spectrum in continuation.spectra:
         if low < spectrum.value < high:
             least, most = spectrum.count_bounds
@@ -655,7 +664,7 @@ def _is_steady(continuation: Continuation, low: float, high: float, growing: int
 def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
     """Sentences on what may be wrong with the events of a search, as far as it knows itself.
 
-    is_unresolved: whether a step is, as its budget or `DEPTH` ended.
+    is_unresolved: whether the search could not divide a step as often as it required.
     """
     continuation = result.continuation
     counts = result.unstable_counts

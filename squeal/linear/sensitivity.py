@@ -82,8 +82,8 @@ def sensitivities(
     Returns
     -------
     slopes : dict of str to array (m,)
-        rad/s per unit of each parameter; infinite where roots coalesce and the change parts them,
-        0 if it does not.
+        rad/s per unit of each parameter; where roots coalesce infinite if the change separates
+        them, 0 if it does not.
     condition : array (m,)
         2 |lambda| (x^H M x y^H M y)^(1/2) / |y^H P' x|: 1 of real modes, infinite where roots
         coalesce. Derivatives hold for relative changes far below its inverse square.
@@ -101,15 +101,15 @@ def sensitivities(
     W = y.conj().T @ inertia(matrices, z, x)  # y_i^H P'(z_j) x_j
     weight = np.abs(W.diagonal())
     real_modes = _real_mode_products(matrices[0], z, x, y)
-    # of a weight: below it y^H P' x is zero to rounding, as at a coalescence
+    # a weight up to this is zero to rounding, as at a coalescence
     rounding = 100 * EPS * np.maximum(real_modes, _term_sizes(inertia, matrices, z, x, y))
-    # of a root of zero, where a real mode has no weight either, the condition is 1
+    # a root of zero, where a real mode has no weight either, has the condition 1
     numerator = np.where(z != 0.0, real_modes, weight)
     condition = np.full(len(z), np.inf)
     np.divide(numerator, weight, out=condition, where=weight > rounding)
     clusters = []
     is_one_root = np.abs(z[:, None] - z) <= ONE_ROOT * np.abs(z)
-    for roots in np.unique(is_one_root, axis=0):  # the mask (m,) that all roots of a cluster share
+    for roots in np.unique(is_one_root, axis=0):  # rows of equal roots are equal: one mask (m,)
         block = W[np.ix_(roots, roots)]
         smallest = np.linalg.svd(block, compute_uv=False)[-1]
         clusters.append(_Cluster(roots, block, bool(smallest > rounding[roots].max())))
@@ -153,14 +153,14 @@ class Singular(NamedTuple):
     def of(matrices: MCK, root: complex) -> Singular:
         """P of dense matrices of at least two rows at a root, from its singular values.
 
-        Its rows must be of one magnitude, so scaled, as the smallest singular value is compared
-        with the largest. Raises ComputationError where P is regular: there is no root.
+        Its rows must be scaled to one magnitude, as the smallest singular value is compared with
+        the largest. Raises ComputationError where P is regular: there is no root.
         """
         P = applied(matrices, root, np.eye(len(matrices[0]), dtype=complex))
         U, sizes, Vh = np.linalg.svd(P)
         if sizes[-1] > SINGULAR * sizes[0]:
             raise ComputationError(f"no root lies at {root:.6g} rad/s")
-        # of all singular values but the last, which is zero to rounding
+        # without the last singular value, which is zero to rounding
         pseudo_inverse = (Vh[:-1].conj().T / sizes[:-1]) @ U[:, :-1].conj().T
 
         def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:
@@ -172,7 +172,7 @@ class Singular(NamedTuple):
 
 
 def crossing_slopes(
-    at: Singular, matrices: MCK, by: MCK, changes: Mapping[str, MCK]
+    singular: Singular, matrices: MCK, by_p: MCK, changes: Mapping[str, MCK]
 ) -> dict[str, tuple[float, float]]:
     """How a crossing of the imaginary axis in a parameter p moves with other parameters q.
 
@@ -182,11 +182,11 @@ def crossing_slopes(
 
     Parameters
     ----------
-    at : Singular
+    singular : Singular
         P at the crossing.
     matrices : tuple of arrays (n, n)
         M, C and K there.
-    by : tuple of arrays (n, n)
+    by_p : tuple of arrays (n, n)
         Their derivatives by p.
     changes : mapping of str to tuple of arrays (n, n)
         Their derivatives by each q.
@@ -202,18 +202,19 @@ def crossing_slopes(
 
     >>> M, K = np.eye(2), np.array([[2.0, 1.0], [0.0, 2.0]])
     >>> dp, dk = np.array([[0.0, 0.0], [-1.0, 0.0]]), np.array([[0.0, 0.0], [2.0, 0.0]])
-    >>> at = Singular.of((M, None, K), 1j * 2**0.5)
-    >>> crossing_slopes(at, (M, None, K), (None, None, dp), {"k": (None, None, dk)})
+    >>> singular = Singular.of((M, None, K), 1j * 2**0.5)
+    >>> crossing_slopes(singular, (M, None, K), (None, None, dp), {"k": (None, None, dk)})
     {'k': (2.0, 0.0)}
     """
-    quotient = _quotient_at(at, matrices)
-    by_p = quotient.of(by)
+    quotient = _quotient_at(singular, matrices)
+    rates_p = quotient.rates(by_p)
     slopes = {}
     for name, change in changes.items():
-        by_q = quotient.of(change)
+        rates_q = quotient.rates(change)
         # + 0.0: no negative zeros
-        dp_dq = float(-(by_q.vanishing_slope / by_p.vanishing_slope).real) + 0.0
-        frequency_slope = float((by_q.root_slope + dp_dq * by_p.root_slope).imag) / math.tau + 0.0
+        dp_dq = float(-(rates_q.vanishing_slope / rates_p.vanishing_slope).real) + 0.0
+        omega_slope = float((rates_q.root_slope + dp_dq * rates_p.root_slope).imag)
+        frequency_slope = omega_slope / math.tau + 0.0
         slopes[name] = dp_dq, frequency_slope
     return slopes
 
@@ -224,7 +225,8 @@ class _Rates(NamedTuple):
     Attributes
     ----------
     vanishing_slope : complex
-        Of what stays zero along the crossing: Re lambda of one root, y^H P x where two coalesce.
+        Of the quantity that vanishes at the crossing: Re lambda of one root, y^H P x where two
+        coalesce.
     root_slope : complex
         Of the root lambda, or of the mean of two, rad/s per unit of the parameter.
     """
@@ -236,20 +238,20 @@ class _Rates(NamedTuple):
 class _Quotient(NamedTuple):
     """How a root moves with changes of M, C and K: by -y^H dP x / weight.
 
-    x1, y1 (n,): where two roots coalesce, the generalised vectors that follow x, y in the chain of
-    the double root, else None.
+    singular: P at the root, with its vectors x and y; x1, y1 (n,): where two roots coalesce, the
+    generalised vectors that follow x and y in the chain of the double root, else None.
     """
 
-    at: Singular
+    singular: Singular
     weight: complex
     x1: ComplexArray | None = None
     y1: ComplexArray | None = None
 
-    def of(self, change: MCK) -> _Rates:
+    def rates(self, change: MCK) -> _Rates:
         """The derivatives by the parameter of a change dM, dC, dK."""
-        z = self.at.root
-        x = self.at.right
-        y = self.at.left
+        z = self.singular.root
+        x = self.singular.right
+        y = self.singular.left
         dP_x = applied(change, z, x)
         y_dP_x = np.vdot(y, dP_x)
         if self.x1 is None or self.y1 is None:  # a single root
@@ -260,30 +262,30 @@ class _Quotient(NamedTuple):
         return _Rates(y_dP_x, -mean / self.weight)
 
 
-def _quotient_at(at: Singular, matrices: MCK) -> _Quotient:
+def _quotient_at(singular: Singular, matrices: MCK) -> _Quotient:
     """How a single root, or two that coalesce, move with changes of M, C and K.
 
     Of a double root with one vector x the chain is P x1 = -P' x, y1^H P = -y^H P'. The weight of
     the mean is then y^H P'' x + y1^H P' x + y^H P' x1, P'' = 2 M, in place of y^H P' x.
     """
-    z = at.root
-    x = at.right
-    y = at.left
+    z = singular.root
+    x = singular.right
+    y = singular.left
     Pprime_x = inertia(matrices, z, x)
     weight = np.vdot(y, Pprime_x)
     real_mode = _real_mode_products(matrices[0], z, x, y)
-    # the sizes of terms alone may vanish with the weight, as of x = e1, y = e2 and M = 1; that of a
-    # real mode does not
+    # is the weight more than rounding? The sizes of its terms alone may vanish with it, as for unit
+    # vectors x = e1, y = e2 and M = 1; the product of a real mode does not
     if abs(weight) > ONE_ROOT * max(real_mode, _term_sizes(inertia, matrices, z, x, y)):
-        return _Quotient(at, weight)
+        return _Quotient(singular, weight)
     M, C, K = (None if matrix is None else matrix.conj().T for matrix in matrices)
     Pprime_y = inertia((M, C, K), np.conj(z), y)  # P'^H y
     # multiples of x in x1, and of y in y1, are free
-    x1 = _without_direction(x, at.solve(-Pprime_x, False))  # P x1 = -P' x
-    y1 = _without_direction(y, at.solve(-Pprime_y, True))  # P^H y1 = -P'^H y
+    x1 = _without_direction(x, singular.solve(-Pprime_x, False))  # P x1 = -P' x
+    y1 = _without_direction(y, singular.solve(-Pprime_y, True))  # P^H y1 = -P'^H y
     weight_of_mean = 2 * np.vdot(y, matrices[0] @ x)
     weight_of_mean = weight_of_mean + np.vdot(y1, Pprime_x) + np.vdot(Pprime_y, x1)
-    return _Quotient(at, weight_of_mean, x1, y1)
+    return _Quotient(singular, weight_of_mean, x1, y1)
 
 
 def _without_direction(direction: ComplexArray, vector: ComplexArray) -> ComplexArray:

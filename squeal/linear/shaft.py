@@ -12,12 +12,13 @@ from squeal.linear.terms import Term
 RPM = 30.0 / math.pi
 """Revolutions a minute of 1 rad/s."""
 SPEEDS = ("speed", "Omega", "omega", "spin")
-"""What the speed of a shaft is called. A skew term of K alone does not tell it from the share of a
-cross-coupled stiffness; one of C does."""
+"""What the speed of a shaft is called. The name decides where only a term of K is skew, as such a
+term may also be a share of a cross-coupled stiffness."""
 
 
 class Turning(NamedTuple):
-    """The skew part (n, n) of what turns with the shaft, and the power of lambda before it."""
+    """The skew part (n, n) of terms that turn with the shaft, and the power of lambda before it: 1
+    of C, 0 of K."""
 
     matrix: Matrix
     power: int
@@ -27,24 +28,30 @@ def turning_parts(system: System, speed: float) -> Iterable[Turning]:
     """What turns with the shaft: the skew part of those terms of C that are proportional to the
     speed (rad/s), which are gyroscopic; then of those of K, as of damping on the shaft."""
     for terms, power in ((system.C, 1), (system.K, 0)):
-        parts = [part for term in terms for part in _skew_part(system, term, speed)]
+        parts = []
+        for term in terms:
+            skew = _skew_part(system, term, speed)
+            if skew is not None:
+                parts.append(skew)
         if parts:
             yield Turning(sum(parts[1:], parts[0]), power)
 
 
-def _skew_part(system: System, term: Term, speed: float) -> Iterable[Matrix]:
-    """The skew part (n, n) of a term if it is proportional to the speed, else nothing."""
+def _skew_part(system: System, term: Term, speed: float) -> Matrix | None:
+    """The skew part (n, n) of a term at a speed if its factor is proportional to it, else None."""
     name = system.parameter
     if name not in term.factor.names:
-        return
+        return None
     try:
-        whole, half = (term.factor.value(system.values({name: x})) for x in (speed, speed / 2))
+        factor = term.factor.value(system.values({name: speed}))
+        half = term.factor.value(system.values({name: speed / 2}))
     except InputError:  # beyond the ends of a table, say
-        return
+        return None
     skew = (term.matrix - term.matrix.T) / 2
     is_skew = abs(skew).max() > LARGEST_ASYMMETRY * abs(term.matrix).max()
-    if whole and is_skew and abs(whole - 2 * half) <= LARGEST_ASYMMETRY * abs(whole):
-        yield whole * skew
+    if factor and is_skew and abs(factor - 2 * half) <= LARGEST_ASYMMETRY * abs(factor):
+        return factor * skew
+    return None
 
 
 def unit_of_parameter(system: System) -> str:
@@ -68,11 +75,13 @@ def unit_of_parameter(system: System) -> str:
     if name in SPEEDS:
         terms += system.K
     for term in terms:
-        for skew in _skew_part(system, term, speed):
-            part = term.factor.value(system.values({name: speed})) * term.matrix
-            # all of the term is skew: the matrix of friction has a symmetric part too
-            if abs(part - skew).max() <= LARGEST_ASYMMETRY * abs(skew).max():
-                return "rad/s"
+        skew = _skew_part(system, term, speed)
+        if skew is None:
+            continue
+        whole = term.factor.value(system.values({name: speed})) * term.matrix
+        # all of the term is skew: the matrix of friction has a symmetric part too
+        if abs(whole - skew).max() <= LARGEST_ASYMMETRY * abs(skew).max():
+            return "rad/s"
     return ""
 
 

@@ -1,11 +1,13 @@
 """From one value of the parameter to the next: which roots are the same, and where two may meet.
 
-From one value to the next roots are matched by where their slopes at both ends point; two that
-coalesce in between are matched as a pair, by mean and squared half difference. What is in doubt
-halves the step. Two roots that come close within a step are predicted from their coupling. In the
-eigenvectors of A(p) the matrix at p + x is diag(z) + x W, exactly if its factors are affine, so
-that roots k, l follow diag(z_k, z_l) + x [[W_kk, a], [b, W_ll]], in which all others shift the
-coupling to a = W_kl + x T_kl, b = W_lk + x T_lk with
+Roots at both ends of a step are matched by their slopes, which predict the change in between. Two
+that coalesce within the step are matched as a pair, by mean and squared half difference. Where a
+match is in doubt the step is divided.
+
+Two roots that come close within a step are predicted from their coupling. In the eigenvectors of
+A(p) the matrix at p + x is diag(z) + x W, exactly if its factors are affine, so that roots k, l
+follow diag(z_k, z_l) + x [[W_kk, a], [b, W_ll]], in which all others shift the coupling to
+a = W_kl + x T_kl, b = W_lk + x T_lk with
 T_kl = sum_m W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)) / 2.
 
 The line is where roots z neither grow nor decay: the real axis without damping, else the imaginary
@@ -54,7 +56,8 @@ class EventGuess:
     coalesces : bool
         True if two roots are expected to meet on the line, False if one crosses it.
     width : float
-        How far from `value` the event may lie; of two that stay close for a while half of that.
+        How far from `value` the event may lie. Of a meeting of two, before it is examined, half of
+        the length within which the two stay close.
     """
 
     value: float
@@ -80,14 +83,17 @@ def meeting_at(spectrum: SpectrumAtParameter, pair: NDArray[np.intp], width: flo
 def near_coalescences(
     before: SpectrumAtParameter, after: SpectrumAtParameter
 ) -> Iterator[EventGuess]:
-    """Pairs that may meet, or exchange and cross the line, within a step; seen from both ends."""
+    """Pairs that may meet on the line within a step, or cross it as they come close.
+
+    They are predicted from both ends, so that one pair may come twice.
+    """
     span = after.value - before.value
     yield from _meetings_seen_from(before, span, side=1)
     yield from _meetings_seen_from(after, span, side=-1)
 
 
 def is_crowded(step: Step) -> bool:
-    """True if a root interacts with two others within a step, as one of its ends sees it.
+    """True if a root interacts with two others within a step, as one of its ends predicts.
 
     A pair that meets may then change its partner, so that neither what two roots do nor the counts
     at both ends tell how often growth begins and ends.
@@ -99,10 +105,11 @@ def is_crowded(step: Step) -> bool:
 def _is_crowded(spectrum: SpectrumAtParameter, length: float) -> bool:
     """As `is_crowded`, from one end of a step; length: to its other end, with its sign.
 
-    At a distance x two roots differ by u + x v without coupling. Coupling adds x^2 W_kl W_lk to the
-    square of half their difference, see the head of the module. They interact if |u + x v| <=
-    2 x sqrt|W_kl W_lk| somewhere in the step, that is |u y + v| <= 2 sqrt|W_kl W_lk| for some
-    y = 1 / x >= 1 / |length|. Roots that rounding does not separate do not count.
+    At a distance x into the step two roots differ by u + x v without coupling: u is their
+    difference at this end, v that of their slopes. Coupling adds x^2 W_kl W_lk to the square of
+    half their difference, see the head of the module. They interact if
+    |u + x v| <= 2 x sqrt|W_kl W_lk| somewhere in the step, that is |u y + v| <= 2 sqrt|W_kl W_lk|
+    for some y = 1 / x >= 1 / |length|. Roots that rounding does not separate do not count.
     """
     u = spectrum.z[:, None] - spectrum.z
     v = spectrum.slopes[:, None] - spectrum.slopes
@@ -136,7 +143,7 @@ class _Approaches(NamedTuple):
         Mean of the two roots at the end of the step, and its slope into the step.
     a, b : array (pairs,)
         Their couplings, those by other roots included.
-    ends : array (2, pairs)
+    zeros : array (2, pairs)
         Distances at which d vanishes, real parts.
     inside : array of bool (3, pairs)
         Whether each of these two, and their middle, lies in the step.
@@ -151,27 +158,27 @@ class _Approaches(NamedTuple):
     mean_slope: ComplexArray
     a: ComplexArray
     b: ComplexArray
-    ends: Array
+    zeros: Array
     inside: Bools
 
     def select(self, chosen: Bools) -> _Approaches:
         """Some of the pairs, by a mask (pairs,)."""
-        return _Approaches._make(each[..., chosen] for each in self)
+        return _Approaches._make(values[..., chosen] for values in self)
 
     @property
     def half_width(self) -> Array:
-        """Half the distance (pairs,) between the two places at which the roots coalesce."""
-        return np.abs(self.ends[0] - self.ends[1]) / 2
+        """Half the distance (pairs,) between the two values at which the roots coalesce."""
+        return np.abs(self.zeros[0] - self.zeros[1]) / 2
 
     def meeting_distance(self, span: float) -> Array:
         """The distance (pairs,) at which each pair is predicted to meet, in a step of length span.
 
-        It is the middle between the two places at which the roots coalesce or, where that lies
-        outside of the step, the one of them inside.
+        It is the middle of the two zeros of d or, where that lies outside of the step, the one of
+        them inside.
         """
-        end_inside = np.where(self.inside[0], self.ends[0], self.ends[1])
-        middle = self.ends.mean(axis=0)
-        return np.clip(np.where(self.inside[2], middle, end_inside), 0.0, span)
+        zero_inside = np.where(self.inside[0], self.zeros[0], self.zeros[1])
+        middle = self.zeros.mean(axis=0)
+        return np.clip(np.where(self.inside[2], middle, zero_inside), 0.0, span)
 
 
 def _approaches(spectrum: SpectrumAtParameter, span: float, side: int) -> _Approaches:
@@ -190,17 +197,17 @@ def _approaches(spectrum: SpectrumAtParameter, span: float, side: int) -> _Appro
     slopes = side * spectrum.slopes
     u = spectrum.z[pairs.k] - spectrum.z[pairs.l]
     v = slopes[pairs.k] - slopes[pairs.l]
-    # where they would cross without coupling, taken into the step
+    # where they would cross without coupling, or the nearest distance in the step
     crossing_distance = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
     v = v + crossing_distance * pairs.bend  # the mean slope up to the crossing
-    # the couplings are by the parameter, the distance from this end may run against it: W changes
-    # its sign with the side, and T and the bend, which are products of two W, do not
+    # couplings are derivatives by the parameter, against which the distance from this end may run:
+    # W changes its sign with the side, and T and the bend, which are products of two W, do not
     a, b = side * pairs.direct + crossing_distance * pairs.indirect
     # d(x) = (u + x v)^2 / 4 + x^2 a b vanishes where u + x v = +- x split
     split = 2 * np.sqrt(-a * b)
-    ends = np.stack([-u / (v - split), -u / (v + split)]).real
-    ends = np.where(np.isfinite(ends), ends, 1e9 * span)  # nowhere near
-    ends_and_middle = np.stack([*ends, ends.mean(axis=0)])
+    zeros = np.stack([-u / (v - split), -u / (v + split)]).real
+    zeros = np.where(np.isfinite(zeros), zeros, 1e9 * span)  # far outside of the step
+    zeros_and_middle = np.stack([*zeros, zeros.mean(axis=0)])
     return _Approaches(
         k=pairs.k,
         l=pairs.l,
@@ -211,8 +218,8 @@ def _approaches(spectrum: SpectrumAtParameter, span: float, side: int) -> _Appro
         mean_slope=(slopes[pairs.k] + slopes[pairs.l]) / 2,
         a=a,
         b=b,
-        ends=ends,
-        inside=np.abs(ends_and_middle - span / 2) <= span / 2,
+        zeros=zeros,
+        inside=np.abs(zeros_and_middle - span / 2) <= span / 2,
     )
 
 
@@ -254,20 +261,23 @@ def _meetings_seen_from(
 def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) -> Bools:
     """Which pairs (pairs,) may meet on the line, or with damping cross it, within a step.
 
-    d and, with damping, the real parts of both roots are sampled at the ends of the step and around
-    the closest approach: two modes of unequal damping may grow far around it. They may vanish where
-    their sign changes up to their errors. spectrum: one end of the step; span: its length.
+    The difference squared, d, and with damping the real parts of both roots are sampled at the ends
+    of the step and around the closest approach; two modes of unequal damping may grow at some
+    distance from it. They may vanish where their sign changes, up to their errors.
+
+    spectrum: one end of the step; span: its length. Samples are arrays (samples, pairs).
     """
     k = pairs.k
     l = pairs.l
     product = pairs.a * pairs.b
     size = np.abs(product)
-    # half of the closest approach of two that do not coalesce; infinite where neither moves
+    # half of the length within which two that do not coalesce stay close; infinite, and cut to the
+    # step, where their difference does not change
     width = np.fmin(np.abs(pairs.u * np.sqrt(product) / pairs.v**2), span)
-    width = width + 1e-6 * span  # not zero where both ends are one
+    width = width + 1e-6 * span  # not zero where d has a double zero
     offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # 0.1 to 8 half widths of a close approach
     offsets = np.concatenate([-offsets, [0.0], offsets])[:, None]
-    centre = pairs.ends.mean(axis=0)
+    centre = pairs.zeros.mean(axis=0)
     x = np.clip(centre + offsets * np.maximum(pairs.half_width, width), 0.0, span)
     ends = np.broadcast_to([[0.0], [span]], (2, len(k)))
     x = np.concatenate([x, ends])
@@ -281,10 +291,10 @@ def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) ->
         half_difference = np.sqrt(d).real
         reaches_axis = _passes_zero(mean + half_difference, slack)
         reaches_axis |= _passes_zero(mean - half_difference, slack)
-        # conjugates have one real part until they meet: before, each crosses as a single root
+        # conjugates have one real part until they meet; up to there each crosses as a single root
         meets = (meets | ~pairs.conjugate) & reaches_axis
     # d gains x^2 a b by the coupling, and rounding moves d by the product of both roundings: a
-    # coupling within it, as of two subsystems that meet by chance, parts no roots
+    # coupling within that, as of two subsystems that meet by chance, moves no roots apart
     rounding = spectrum.rounding[k] * spectrum.rounding[l]
     couples_beyond_rounding = span**2 * size > rounding
     return meets & couples_beyond_rounding
@@ -298,7 +308,7 @@ def _passes_zero(values: Array, slack: Array) -> Bools:
 def closest_pairs(
     roots: Sequence[int], before: ComplexArray, after: ComplexArray
 ) -> list[list[int]]:
-    """All pairs of some roots by how close they come at either end of a step, the closest first.
+    """All pairs of some roots, as lists [k, l], the pair that is closest at an end of a step first.
 
     roots: indices; before, after: the values (m,) of all roots at both ends, in the same order.
     """
@@ -354,7 +364,7 @@ class Step:
     ends : StepEnds
         The roots and their slopes at both ends, in this order.
     deviation : array (m,)
-        How far each root is from where the mean of its slopes at both ends leads.
+        How far each root after the step is from where the mean of its slopes at both ends leads.
     rounding : array (m,)
         The greater of how far rounding moves each root at both ends.
     rests_at_zero : array of bool (m,)
@@ -375,8 +385,8 @@ class Step:
         slope_sums = before.slopes[:, None] + after.slopes
         slope_changes = before.slopes[:, None] - after.slopes
         mismatch = np.abs(after.z - before.z[:, None] - length / 2 * slope_sums)
-        # two roots that cross in the middle would fit as well if each turned back there: a
-        # hundredth of the change of slope decides
+        # roots that cross in the middle of the step have the same mismatch as if they turned back
+        # there: a hundredth of the change of slope decides for the crossing
         self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
         self.order = assigned(self.mismatch)
         self.rounding = np.maximum(before.rounding, after.rounding[self.order])
@@ -459,7 +469,7 @@ class Step:
         """True if the slopes at both ends predict how a quantity changes over the step.
 
         ends: its value before the step, its slope there times the length of the step, and both
-        after it; size: what a change is small against, see `ROOT_TOLERANCE`.
+        after it; size: of the quantity, of which changes below `ROOT_TOLERANCE` are taken for that.
         """
         before, before_slope, after, after_slope = ends
         allowed = DOUBT * max(abs(after - before), ROOT_TOLERANCE * size)

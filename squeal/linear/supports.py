@@ -20,8 +20,9 @@ PENALTY = 1e10  # how far a support's diagonal entry stands above all others
 def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArray[np.intp]:
     """The indices (k,) of the rows that are supports, in order; empty if there are none.
 
-    Supports lie above the first gap of `PENALTY` between neighbouring stiffnesses that has most
-    rows below it. Their stiffnesses must also exceed all couplings and inertias by that.
+    Sorted by stiffness, supports are the rows above a gap of `PENALTY` between neighbours: the
+    first such gap that has most rows below it. Their stiffnesses must also be `PENALTY` times the
+    couplings to them and their inertias at the fastest frequency of a free row.
 
     Parameters
     ----------
@@ -34,7 +35,7 @@ def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArr
     by_size = by_size[stiffness[by_size] > 0.0]
     is_gap = stiffness[by_size[1:]] >= PENALTY * stiffness[by_size[:-1]]
     first_above = 1 + np.flatnonzero(is_gap)  # for each gap, how many rows lie below it
-    # less than half of the rows are supports: a gap with fewer rows below it sets off soft rows
+    # less than half of the rows are supports: below a gap with fewer rows under it lie soft rows
     first_above = first_above[2 * first_above > by_size.size]
     if not first_above.size:
         return first_above

@@ -433,7 +433,8 @@ class System:
     def at(self, changes: Parameters | None = None) -> MCK:
         """M, C, K (C None without terms) at the parameters, some of them changed.
 
-        Raises InputError where the frequency is that of each root.
+        Raises InputError where matrices depend on the frequency of each root, if `changes` does not
+        give the frequency.
 
         Examples
         --------
@@ -473,8 +474,8 @@ class System:
     def derivative(self, name: str, changes: Parameters | None = None) -> MCK:
         """Derivatives of M, C, K by a parameter, exact; None where no term depends on it.
 
-        Unlike `at` it takes a frequency in the middle of what tables cover (see `frequency`) where
-        that is the one of each root and `changes` gives it no value.
+        Where the frequency is that of each root, and `changes` gives it no value, they are those at
+        a frequency in the middle of what tables cover (see `frequency`), which `at` would refuse.
 
         Examples
         --------
@@ -526,11 +527,11 @@ TermSystem = System
 def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     """The system without the rows that a penalty on the diagonal of K holds, and these rows.
 
-    Finite-element programs write a support as a diagonal entry of 1e22 or more. Rows are supports
-    if they are a minority and their diagonal entries of K are 1e10 times greater, at the system's
-    own parameters, both than that of each free row and, per mass, than the largest omega^2 of a
-    free row. They must also be so much greater than each coupling to another row, at whatever value
-    of the parameters.
+    Finite-element programs write a support as a diagonal entry of K of 1e22 or more. Rows are
+    supports if they are a minority and their diagonal entries are 1e10 times greater, at the
+    system's own parameters, both than that of each free row and, per mass, than the largest omega^2
+    of a free row. They must also be so much greater than each coupling to another row, at whatever
+    value of the parameters.
     """
     from scipy.sparse import csc_array
 
@@ -550,9 +551,9 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
 
 
 def without_empty_rows(system: System) -> tuple[System, NDArray[np.intp]]:
-    """The system without the rows that no matrix of M, C and K has an entry in, and these rows.
+    """The system without the rows in which neither M, C nor K has an entry, and these rows.
 
-    Nothing is left out where their columns have entries, or where all rows are empty.
+    A row counts as empty only if its column is empty, too. Nothing is left out where all are.
     """
     from scipy.sparse import coo_array
 
@@ -579,13 +580,13 @@ def _without_rows(system: System, rows: NDArray[np.intp]) -> System:
     return system.mapped(lambda term: term.mapped(remaining_part), labels)
 
 
-def warn_of_unused_parameters(names: Iterable[str], system: TermSystem, at: Place) -> None:
+def warn_of_unused_parameters(names: Iterable[str], system: System, at: Place) -> None:
     """Warn of those of some parameters that enter no matrix: most are misspelt.
 
     at: where they are given, for the message.
     """
     unused = sorted({*names} - system.names)
     if unused:
-        others = [f"{name} = {system.parameters[name]:g}" for name in sorted(system.names)]
-        words = f"matrices depend on {', '.join(others) or 'no parameter'}"
-        at.warn(f"no matrix depends on {', '.join(unused)}; {words}")
+        used = [f"{name} = {system.parameters[name]:g}" for name in sorted(system.names)]
+        hint = f"matrices depend on {', '.join(used) or 'no parameter'}"
+        at.warn(f"no matrix depends on {', '.join(unused)}; {hint}")

@@ -36,11 +36,11 @@ class Term:
     """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it.
 
     `digits` are the significant digits to which its entries are known, None if they are exact.
-    `rounding` is how far rounding may have moved its entries where it was computed from others.
-    `errors` (n, n) are how far digits of data leave each entry open where that is not half a unit
-    of its own last one, as of entries that were computed from such data. `mapped` and
-    `sum_of_terms`, which make a term from others, carry all three along. `name` is that of damping
-    without a matrix of its own.
+    `rounding` is how far rounding may have moved each entry where the matrix was computed from
+    others. `errors` (n, n) are how far each entry may be off by the digits of the data; None if it
+    is half a unit of the last digit, as in a file. `mapped` and `sum_of_terms`, which make a term
+    from others, carry all three along. `name` is what damping is called that has no matrix in the
+    file.
 
     Examples
     --------

@@ -33,14 +33,14 @@ from squeal.linear.verdicts import GROWING
 class CriticalPoint:
     """A change of verdict on the way up in mu.
 
-    `converged`: the interval is no wider than 1e-9 of mu, and a root was seen to make the change.
-    Where it is not the interval holds the change all the same: rounding leaves it more where growth
-    hardly changes with mu, as at a window that almost closes.
+    `converged`: the interval is no wider than 1e-9 of mu, and the root that makes the change was
+    located. If not, the interval holds the change all the same. It is wide where growth hardly
+    changes with mu, so that rounding hides where it begins, as at a window that almost closes.
     """
 
     mu: float
     kind: str  # flutter, divergence: what follows; restabilised: neither follows any more
-    frequency_hz: float  # of the mode concerned, at mu; 0 where a real root is
+    frequency_hz: float  # of the mode that makes the change, at mu; 0 of a real root
     interval: tuple[float, float]  # bracket of mu; the point itself at a breakpoint
     converged: bool
     residual: float | None = None  # backward error of the root there, if it is known
@@ -61,10 +61,10 @@ class Thresholds:
         All crossings of the imaginary axis, those that change the verdict among them.
     certified : bool or None
         True if the crossings add up to what grows between them, and the factors of all terms are
-        resolved: no proof. None where nothing is known between the computed values, as of a plain
-        function.
+        resolved, which is no proof. None where nothing is known between the computed values, as of
+        a plain function.
     searched : tuple of SearchResult
-        The searches between jumps that all this was read off, with the eigenvalues along mu.
+        The searches between jumps from which all this was read, with the eigenvalues along mu.
     """
 
     points: list[CriticalPoint]
@@ -83,10 +83,11 @@ def thresholds(
     """All thresholds of system(mu) -> (M, C, K) for mu_min <= mu <= mu_max, sorted.
 
     A point at mu_min means that the system is quiet there and grows at once above it. A window of
-    growth gives two points; one that opens and closes between two values that are looked at is
-    predicted from how the roots are coupled there, to second order. The crossings of the imaginary
-    axis list what happens while other modes grow, too. A pair without damping crosses where two
-    frequencies coalesce or part; divergent roots that join or part in a growing pair cross nothing.
+    growth gives two points; one that opens and closes between two values at which eigenvalues are
+    computed is predicted from how the roots are coupled there, to second order. The crossings of
+    the imaginary axis list also what happens while other modes grow. A pair without damping crosses
+    where two frequencies coalesce or separate. Divergent roots that join to a growing pair, or come
+    from one, cross nothing.
 
     Parameters
     ----------
@@ -95,10 +96,10 @@ def thresholds(
     mu_max, mu_min : float
         The range.
     breakpoints : iterable of float
-        Values of mu where the system may jump, at a change of contact for instance; it is asked
-        for values next to them, never at them.
+        Values of mu where the system may jump, at a change of contact for instance; it is
+        evaluated next to them, never at them.
     all_roots : bool
-        Whether roots are followed that are far faster than others, see `Continuation`.
+        Whether roots that are far faster than others are followed too, see `Continuation`.
 
     Returns
     -------
@@ -129,46 +130,46 @@ def thresholds(
     jumps = {float(mu) for mu in breakpoints if first < mu < last}
     points: list[CriticalPoint] = []
     crossings: list[Crossing] = []
-    parts: list[SearchResult] = []
+    results: list[SearchResult] = []
     for a, b in itertools.pairwise([first, *sorted(jumps), last]):
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
-        part = search(system, low, high, all_roots)
-        if parts:
-            before = parts[-1].continuation
+        result = search(system, low, high, all_roots)
+        if results:
+            before = results[-1].continuation
             below = before.at(before.high)
-            above = part.continuation.at(low)
+            above = result.continuation.at(low)
             points += _points_at_jump(a, below, above)
             crossings += _crossings_at_jump(a, below, above)
-        new_points, new_crossings = points_and_crossings(part)
+        new_points, new_crossings = points_and_crossings(result)
         points += new_points
         crossings += new_crossings
-        parts.append(part)
+        results.append(result)
     certified = None
-    if all(part.doubts is not None for part in parts):
-        certified = not any(part.doubts for part in parts)
-    return Thresholds(points, crossings, certified, tuple(parts))
+    if all(result.doubts is not None for result in results):
+        certified = not any(result.doubts for result in results)
+    return Thresholds(points, crossings, certified, tuple(results))
 
 
-def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[Crossing]]:
+def points_and_crossings(result: SearchResult) -> tuple[list[CriticalPoint], list[Crossing]]:
     """The changes of verdict and the crossings of a range without a jump.
 
-    A crossing changes the verdict if it is the fastest of its cluster to begin or end what names
-    the verdict, or if nothing tells which one of the cluster does.
+    A crossing changes the verdict if it is the fastest of its cluster to begin or end growth of the
+    kind that names the verdict. If no crossing of the cluster does that, all of them count.
     """
-    changes = [(change, _fastest_events(part, change)) for change in _verdict_changes(part)]
+    changes = [(change, _fastest_events(result, change)) for change in _verdict_changes(result)]
     crossings = []
-    for k, cluster in enumerate(part.clusters):
+    for k, cluster in enumerate(result.clusters):
         responsible = [fastest for change, fastest in changes if change.cluster == k]
         for event in cluster:
             changes_verdict = any(
                 event in fastest or fastest.are_unknown for fastest in responsible
             )
-            spectrum = part.continuation.at(event.value)
+            spectrum = result.continuation.at(event.value)
             members = 2 if event.coalesces else 1
             mode = _mode_number(spectrum, event.omega, members)
             crossings.append(event.crossing(mode, changes_verdict))
-    points = [_critical_point(part, change, fastest) for change, fastest in changes]
+    points = [_critical_point(result, change, fastest) for change, fastest in changes]
     return points, crossings
 
 
@@ -207,12 +208,13 @@ def _crossings_at_jump(
 def _mode_number(spectrum: SpectrumAtParameter, omega: float, members: int = 1) -> int:
     """Number by rising frequency, from 1, of the mode of angular frequency omega (rad/s).
 
-    Of several `members` that meet there it is that of the first.
+    Where two modes meet (`members` = 2) it is the number of the first.
     """
-    # undamped, z = -lambda^2 is of a pair
+    # undamped, one z = -lambda^2 stands for a pair
     roots_per_mode = 1 if spectrum.problem is UNDAMPED else 2
     nearest_first = np.argsort(np.abs(spectrum.omegas - omega))
-    others = spectrum.omegas[nearest_first][roots_per_mode * members :]  # without those that meet
+    # the nearest roots are the mode, or those that meet, itself
+    others = spectrum.omegas[nearest_first][roots_per_mode * members :]
     tolerance = 1e-6 if members > 1 else 1e-9  # frequencies that coalesce are known to fewer digits
     slower = int(np.sum(others < omega * (1 - tolerance)))
     return 1 + math.ceil(slower / roots_per_mode)  # an odd real root is a mode of its own
@@ -250,32 +252,32 @@ class _VerdictAt(NamedTuple):
     cluster: int | None = None
 
 
-def _verdict_changes(part: SearchResult) -> Iterator[VerdictChange]:
+def _verdict_changes(result: SearchResult) -> Iterator[VerdictChange]:
     """All changes of verdict by rising value.
 
-    Where growth begins or ends what crosses there names the verdict. Everywhere else it changes
-    only where a pair begins to outgrow the fastest real root, or the reverse; where that is at a
-    cluster of crossings these make the change.
+    Where all growth begins or ends, the cluster that crosses there changes the verdict. Everywhere
+    else it changes only where a pair begins to outgrow the fastest real root, or the reverse; if a
+    cluster of crossings lies there, it makes the change.
     """
-    for a, b in itertools.pairwise(_known_verdicts(part)):
+    for a, b in itertools.pairwise(_verdicts_along(result)):
         if a.cluster is not None and a.cluster == b.cluster:
             yield VerdictChange(a.value, 0.0, a.verdict, b.verdict, a.cluster)
         elif a.value < b.value and "quiet" not in (a.verdict, b.verdict):
-            for change in _exchanges(part.continuation, a, b):
-                yield _at_cluster(part, change)
+            for change in _exchanges(result.continuation, a, b):
+                yield _moved_to_cluster(result, change)
 
 
-def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
+def _verdicts_along(result: SearchResult) -> list[_VerdictAt]:
     """Verdicts by rising parameter: at computed spectra, and on both sides of the clusters that
     begin or end all growth.
 
     Of the spectra between two clusters those are taken at which as many roots grow as in the middle
     between these; if there are none, the middle.
     """
-    edges = part.edges
-    spectra = part.continuation.spectra
+    edges = result.edges
+    spectra = result.continuation.spectra
     verdicts: list[_VerdictAt] = []
-    for k, count in enumerate(part.unstable_counts):
+    for k, count in enumerate(result.unstable_counts):
         low = edges[k]
         high = edges[k + 1]
         inner = []
@@ -286,39 +288,38 @@ def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
         if not inner:
             inner = [_VerdictAt((low + high) / 2, count.verdict)]
         if k:  # cluster k - 1 lies below this interval
-            verdicts += _beside_cluster(part, k - 1, verdicts[-1], inner[0])
+            verdicts += _verdicts_around(result, k - 1, verdicts[-1], inner[0])
         verdicts += inner
     return verdicts
 
 
-def _beside_cluster(
-    part: SearchResult, cluster: int, before: _VerdictAt, after: _VerdictAt
+def _verdicts_around(
+    result: SearchResult, cluster: int, before: _VerdictAt, after: _VerdictAt
 ) -> list[_VerdictAt]:
     """The verdicts just below and above a cluster that begins or ends all growth.
 
-    On the side on which something grows the verdict is the kind of what crosses, if that is one
-    kind.
+    On the side on which roots grow the verdict is the kind of the roots that cross, if all of them
+    are of one kind; else that of the nearest spectrum.
 
     Parameters
     ----------
-    part : SearchResult
+    result : SearchResult
         The search.
     cluster : int
         The index of the cluster.
     before, after : _VerdictAt
-        The nearest known verdicts below and above it.
+        The nearest computed verdicts below and above it.
 
     Returns
     -------
     list of _VerdictAt
-        Empty if something grows on both sides, or on neither.
+        Empty if roots grow on both sides, or on neither.
     """
-    quiet_before = before.verdict == "quiet"
-    quiet_after = after.verdict == "quiet"
-    if quiet_before == quiet_after:
+    begins = before.verdict == "quiet"
+    ends = after.verdict == "quiet"
+    if begins == ends:
         return []
-    events = part.clusters[cluster]
-    begins = quiet_before
+    events = result.clusters[cluster]
     direction = 1 if begins else -1
     kind = after.verdict if begins else before.verdict
     kinds = {event.kind for event in events if event.direction == direction}
@@ -329,15 +330,15 @@ def _beside_cluster(
     return [quiet, growing] if begins else [growing, quiet]
 
 
-def _at_cluster(part: SearchResult, change: VerdictChange) -> VerdictChange:
-    """A change of verdict, moved to a cluster of events that lies there and makes it, if any.
+def _moved_to_cluster(result: SearchResult, change: VerdictChange) -> VerdictChange:
+    """A change of verdict, moved to the cluster of events that makes it, if there is one.
 
-    Such a cluster ends growth of the kind below and begins growth of the kind above.
+    Such a cluster lies there, ends growth of the kind below and begins growth of the kind above.
     """
-    continuation = part.continuation
+    continuation = result.continuation
     near = 4 * EVENT_TOLERANCE * (continuation.high - continuation.low)
     required = {(change.below, -1), (change.above, 1)}
-    for k, cluster in enumerate(part.clusters):
+    for k, cluster in enumerate(result.clusters):
         value = cluster[0].value
         kinds = {(event.kind, event.direction) for event in cluster}
         if abs(value - change.value) <= near and required <= kinds:
@@ -348,13 +349,13 @@ def _at_cluster(part: SearchResult, change: VerdictChange) -> VerdictChange:
 def _exchanges(
     continuation: Continuation, a: _VerdictAt, b: _VerdictAt, depth: int = 5
 ) -> Iterator[VerdictChange]:
-    """Changes between flutter and divergence from a to b, at both of which something grows.
+    """Changes between flutter and divergence from a to b, at both of which roots grow.
 
-    One change is located if the verdicts differ. If they are equal, two may lie between a and b;
-    where they may, the interval is halved, up to `depth` times.
+    If the verdicts at a and b differ, one change is located. If they are equal, two changes may lie
+    between a and b; where that is possible the interval is halved, up to `depth` times.
     """
     if a.verdict != b.verdict:
-        value, half_width = _exchange(continuation, a, b)
+        value, half_width = _located_exchange(continuation, a, b)
         yield VerdictChange(value, half_width, a.verdict, b.verdict, cluster=None)
     elif depth and _may_exchange_twice(
         continuation.at(a.value), continuation.at(b.value), a.verdict
@@ -371,8 +372,9 @@ def _exchanges(
 def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict: str) -> bool:
     """True if between two spectra of one verdict there may be two changes to the other and back.
 
-    The lead of the fastest pair over the fastest real root is predicted by the cubic through its
-    values and slopes at both ends, up to the error of that cubic.
+    The lead, the growth rate of the fastest pair less that of the fastest real root, is predicted
+    by the cubic through its values and slopes at both ends. There may be two changes if the lead of
+    the kind that names the verdict may vanish, up to the error of that cubic.
     """
     has_pair = a.unstable_count.pairs or b.unstable_count.pairs
     has_real_root = a.unstable_count.reals or b.unstable_count.reals
@@ -391,7 +393,9 @@ def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict:
     return bool(lead.min() <= error)
 
 
-def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple[float, float]:
+def _located_exchange(
+    continuation: Continuation, a: _VerdictAt, b: _VerdictAt
+) -> tuple[float, float]:
     """Where flutter turns into divergence or the reverse, and half the width of its interval.
 
     The verdict is the one at a and the other at b. The zero of the lead, the growth rate of the
@@ -400,7 +404,7 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
     """
     low = a.value
     high = b.value
-    widest = 1e-7 * (high - low)  # half the width at most
+    largest_half_width = 1e-7 * (high - low)
     resolution = 4 * np.spacing(max(abs(low), abs(high)))
     zero = math.inf  # of the lead: the latest estimate
     for k in range(100):
@@ -421,18 +425,18 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
             zero += (middle - low) * np.sign(lead_low) * lead_middle / root
         if high - low <= resolution or abs(zero - zero_before) <= resolution:
             break
-        # of low, these two and high the first with the verdict of b is the new high, and the one
-        # before it the new low
+        # of low, middle, zero and high, sorted, the first value with the verdict of b is the new
+        # high, and the one before it the new low
         for value in sorted({middle, zero}):
             if continuation.at(value).verdict == b.verdict:
                 high = value
                 break
             low = value
     if not is_smooth:
-        return zero, widest
+        return zero, largest_half_width
     lead = _lead_of_pair(continuation.at(zero))
     error = lead.rounding / abs(lead.slope) if lead.slope != 0.0 else math.inf
-    return zero, min(error, widest) + 1e-12 * abs(zero)
+    return zero, min(error, largest_half_width) + 1e-12 * abs(zero)
 
 
 def _meeting_on_real_axis(
@@ -440,8 +444,8 @@ def _meeting_on_real_axis(
 ) -> tuple[float, float] | None:
     """Where from low to high the fastest growing pair becomes two real roots, or comes from two.
 
-    Returns the value and half the width of its interval; None if another pair grows faster there,
-    or none meets.
+    Returns the value and half the width of its interval; None if another root grows faster there,
+    or the two do not meet.
     """
     if continuation.problem is GYROSCOPIC:
         return None  # there z = -i lambda, so that no pair becomes real where lambda does
@@ -484,9 +488,9 @@ class _Lead(NamedTuple):
 
 
 def _lead_of_pair(spectrum: SpectrumAtParameter) -> _Lead:
-    """By how much the fastest growing pair outgrows the fastest growing real root.
+    """The growth rate of the fastest growing pair less that of the fastest growing real root.
 
-    The growth rate is 0 where there is no such pair or root.
+    A growth rate is 0 where there is no such pair or root.
     """
     pair = _growth_rate(spectrum, spectrum.unstable_pairs)
     real = _growth_rate(spectrum, spectrum.unstable_reals)
@@ -510,10 +514,10 @@ def _growth_rate(spectrum: SpectrumAtParameter, fastest_first: list[int]) -> _Le
 
 
 class _FastestEvents(NamedTuple):
-    """The two events of a cluster that make a change of verdict; None where there is no such one.
+    """The two events of a cluster that make a change of verdict; None where there is no such event.
 
-    ending: of the kind that grew below the fastest that ends; beginning: of the kind that grows
-    above the fastest that begins.
+    ending: where the fastest root of the kind that names the verdict below ceases to grow;
+    beginning: where the fastest root of the kind that names the verdict above begins to grow.
     """
 
     ending: Event | None
@@ -525,21 +529,21 @@ class _FastestEvents(NamedTuple):
         return self == (None, None)
 
 
-def _fastest_events(part: SearchResult, change: VerdictChange) -> _FastestEvents:
+def _fastest_events(result: SearchResult, change: VerdictChange) -> _FastestEvents:
     """The fastest events of a change of verdict; none of a change without a cluster."""
     if change.cluster is None:
         return _FastestEvents(None, None)
-    cluster = part.clusters[change.cluster]
+    cluster = result.clusters[change.cluster]
 
     def fastest(kind: str, direction: int) -> Event | None:
         events = [event for event in cluster if (event.kind, event.direction) == (kind, direction)]
-        return fastest_first(part.continuation, events)[0] if events else None
+        return fastest_first(result.continuation, events)[0] if events else None
 
     return _FastestEvents(fastest(change.below, -1), fastest(change.above, 1))
 
 
 def _critical_point(
-    part: SearchResult, change: VerdictChange, fastest: _FastestEvents
+    result: SearchResult, change: VerdictChange, fastest: _FastestEvents
 ) -> CriticalPoint:
     """A change of verdict for callers; `fastest` are the events of its cluster that make it."""
     if change.above in GROWING:
@@ -552,12 +556,12 @@ def _critical_point(
     high = change.value + change.half_width
     converged = True
     if change.cluster is not None:
-        events = part.clusters[change.cluster]
+        events = result.clusters[change.cluster]
         low, high = hull(events)
         is_narrow = high - low <= EVENT_TOLERANCE * max(abs(change.value), 1e-300)
-        converged = is_narrow and all(each.converged for each in events)
+        converged = is_narrow and all(member.converged for member in events)
     if event is None:
-        omega = _omega_without_event(part, change, (low, high))
+        omega = _omega_without_event(result, change, (low, high))
         residual = None
     else:
         omega = event.omega
@@ -573,14 +577,14 @@ def _critical_point(
 
 
 def _omega_without_event(
-    part: SearchResult, change: VerdictChange, interval: tuple[float, float]
+    result: SearchResult, change: VerdictChange, interval: tuple[float, float]
 ) -> float:
-    """The angular frequency (rad/s) of the mode that changes the verdict, where no event tells it.
+    """The angular frequency (rad/s) of the mode that changes the verdict, where no event has it.
 
-    It is that of the fastest pair at the nearest computed value on the side on which this grows; 0
-    of a real root. interval: where the change lies.
+    It is that of the fastest pair at the nearest spectrum on the side on which this pair grows, and
+    0 of a real root. interval: that of the change.
     """
-    continuation = part.continuation
+    continuation = result.continuation
     grows_above = change.above in GROWING
     kind = change.above if grows_above else change.below
     if kind != "flutter":

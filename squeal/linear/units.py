@@ -11,7 +11,7 @@ import numpy as np
 from squeal.linear.matrices import Array, components, reaches
 
 LEAST = -1e6
-"""A power of two, of entries that count for nothing."""
+"""A power of two for entries that do not count, below that of any double."""
 MOST_PASSES = 64
 CLOSE = 0.25
 """A power of two: a smaller change of units ends the passes."""
@@ -34,8 +34,8 @@ def row_units(M: Array, C: Array, K: Array) -> Array:
     """
     n = len(M)
     mirrored = sum(np.where(X.T > 0.0, X, 0.0) for X in (M, C, K))
-    counts = (mirrored > 0.0) & ~np.eye(n, dtype=bool)
-    powers = np.log2(mirrored, out=np.full((n, n), LEAST), where=counts)
+    is_compared = (mirrored > 0.0) & ~np.eye(n, dtype=bool)
+    powers = np.log2(mirrored, out=np.full((n, n), LEAST), where=is_compared)
     units = np.zeros(n)
     for _ in range(MOST_PASSES):
         # rows times 2^u compare P_ij with P_ji as 2^(u/2) P 2^(-u/2) does, a similarity

@@ -92,7 +92,7 @@ def test_whether_two_roots_meet_within_a_step_that_is_not_halved(sign, share):
     K = np.array([[10.0, e], [sign * e, 10.0]])
     along = Continuation(lambda p: (np.eye(2), None, K + np.diag([p, -p])), -0.1, 0.1)
     (link,) = links(along.at, -0.1, 0.1, iter(()), depth=0)
-    assert np.all(link.known == (sign > 0))
+    assert np.all(link.is_certain == (sign > 0))
     assert link.indistinct == ([] if sign > 0 else [[0, 1]])
     if sign > 0:
         assert link.after.z[link.order] == pytest.approx(link.before.z, abs=1e-12)

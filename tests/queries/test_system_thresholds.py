@@ -10,7 +10,7 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
 from squeal.errors import InputError
-from squeal.linear.bends import unseen_factor
+from squeal.linear.bends import undersampled_factor
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
@@ -405,7 +405,7 @@ def test_a_factor_is_unseen_if_it_may_leave_the_values_that_it_shows(factor, is_
     system = squeal.System(one, None, {"1": one, factor: one}, parameters={"mu": 0.5})
     least = 0.01 if factor == "1/mu" else 0.0
     values = np.linspace(least, 1.0, 12).tolist()
-    assert (unseen_factor(system, values) is not None) == is_unseen
+    assert (undersampled_factor(system, values) is not None) == is_unseen
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

@@ -21,7 +21,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.linear import CriticalPoint, Crossing, thresholds
-from squeal.linear.bends import unseen_factor
+from squeal.linear.bends import undersampled_factor
 from squeal.linear.continuation import DAMPED, SMALL_ROWS, problem_class_of
 from squeal.linear.eigen import growing
 from squeal.linear.events import Event
@@ -429,7 +429,7 @@ def _located_on_reduction(
     if not is_shared and system.n <= COUNTED_ROWS and not depends_on_frequency:
         if not unconfirmed:  # a list with unconfirmed events is not certified by any count
             doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints, workers)
-        unseen = unseen_factor(system, sorted({*values, *comparison.midpoints}))
+        unseen = undersampled_factor(system, sorted({*values, *comparison.midpoints}))
         if unseen is not None:
             doubts.append(
                 f"the factor {unseen} may rise and fall between the values of {name} that were "
