@@ -68,22 +68,19 @@ class Rectangle:
 
     def contains(self, values: NDArray) -> Bools:
         """True for each value inside."""
-        real = np.real(values)
-        imag = np.imag(values)
-        is_between = (real > self.low_real) & (real < self.high_real)
-        return is_between & (imag > self.low_imag) & (imag < self.high_imag)
+        return self.distance(values) < 0.0
 
     def distance(self, values: NDArray) -> NDArray[np.float64]:
         """How far values lie beyond the sides, the largest of four excesses: negative inside."""
         real = np.real(values)
         imag = np.imag(values)
-        beyond = [
+        excesses = [
             self.low_real - real,
             real - self.high_real,
             self.low_imag - imag,
             imag - self.high_imag,
         ]
-        return np.max(beyond, axis=0)
+        return np.max(excesses, axis=0)
 
     def widened(self, share: float) -> Rectangle:
         """The region with a share of its size more on each side."""
@@ -130,12 +127,13 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
 def count_roots(
     problem: ScaledProblem, disc: Disc, known: ComplexArray, reusable: Factor | None = None
 ) -> int | None:
-    """The number of roots of P inside a disc, with multiplicity; None if 32 determinants leave it
-    open.
+    """The number of roots of P inside a disc, with multiplicity; None if the determinants at all
+    nodes of the circle leave it open.
 
     By the argument principle: while z runs once around the disc det P(z) / prod(z - known) makes
     one turn around zero for each root inside that is not known. The number of turns is added to
-    that of known roots inside.
+    that of known roots inside. The circle is refined until its nodes resolve the quotient, first in
+    single precision, then in double.
 
     Parameters
     ----------
@@ -145,8 +143,8 @@ def count_roots(
         Where.
     known : ndarray (m,)
         Roots in and around the disc, of real matrices with their conjugates; roots outside may be
-        rough. A root inside that is left out is counted all the same. A root that is left out near
-        the outline costs determinants, and on the outline it makes the number depend on rounding.
+        rough. A root inside that is missing here is counted all the same. One that is missing near
+        the outline costs determinants; on the outline it makes the number depend on rounding.
     reusable : Factor, optional
         A factor that is no longer needed, whose memory may serve: it solves nothing afterwards.
 
@@ -159,9 +157,9 @@ def count_roots(
     directions = np.exp(2j * np.pi * np.arange(finest) / finest)
     # of real matrices det P(conj z) is the conjugate of det P(z): around a real centre the upper
     # half of the nodes serves both halves. The first node then lies half a step above the real
-    # axis, so that none lies on the imaginary axis beside lightly damped roots, and 16 are the
-    # fewest: of 3,000 random sets without one pair of such roots eight nodes, two of them on the
-    # axis, took 107 for complete, 16 nodes beside it none
+    # axis, so that none lies on the imaginary axis next to lightly damped roots. At least 16 nodes
+    # are used: of 3,000 random sets in which a pair of such roots was missing, eight nodes, two of
+    # them on the axis, took 107 for complete; 16 nodes, none of them on the axis, took none
     is_mirrored = problem.is_real and disc.centre.imag == 0.0
     node_counts = NODE_COUNTS[1:] if is_mirrored else NODE_COUNTS
     factor = reusable  # each factor lends its memory to the next one
@@ -175,7 +173,7 @@ def count_roots(
             step = finest // count
             indices = np.arange(step // 2 if is_mirrored else 0, finest, step)
             computed = indices[: count // 2] if is_mirrored else indices
-            for k in computed[np.isnan(logarithms[computed])]:  # others served fewer nodes already
+            for k in computed[np.isnan(logarithms[computed])]:  # others come from coarser circles
                 report_progress(f"counting the roots: determinant of {len(computed)}")
                 # z is the node, or a value next to it where P is singular at the node
                 node = complex(disc.centre + disc.radius * directions[k])
@@ -210,8 +208,8 @@ def _winding_number(logarithms: ComplexArray) -> int | None:
     largest_step = float(np.max(np.abs(steps)))
     if not largest_step < math.pi / 4:  # NaN too
         return None
-    # without the subtraction the steps around the circle would add up to zero: now they add up to
-    # the half turns of the deviation
+    # before that subtraction the steps around the circle added up to zero; now they add up to the
+    # half turns of the deviation
     half_turns = round(float(np.sum(steps)) / math.pi)
     if half_turns % 2:
         return None
@@ -219,7 +217,7 @@ def _winding_number(logarithms: ComplexArray) -> int | None:
         return half_turns // 2
     if largest_step >= math.pi / 8:
         return None
-    # an analytic function has no negative powers; of a root near the outline they fall off slowly
+    # an analytic function has no negative powers; a root near the outline leaves large ones
     phase = predicted + np.cumsum(np.append(0.0, steps[:-1]))
     coefficients = np.fft.fft(logarithms.real + 1j * phase) / nodes
     negative_powers = coefficients[-2:]  # of z^-2 and z^-1
@@ -229,15 +227,15 @@ def _winding_number(logarithms: ComplexArray) -> int | None:
 
 
 def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:
-    """A disc that holds a rectangle and whose outline runs far from the known roots (m,).
+    """A disc around the centre of a rectangle that holds it, far from the known roots (m,).
 
-    All roots up to the distance `reach` from the centre are believed to be known. Between the
-    corners and `largest` the outline is put into the middle of the widest gap of their distances.
+    All roots up to the distance `reach` from the centre are taken to be known. The circle lies in
+    the widest gap between their distances, the corners and the largest radius, in its middle.
     """
     distances = np.abs(known - region.centre)
     corners = region.radius
-    # a quarter of the way to the reach; at most half as far again as the corners, and at least a
-    # hundredth
+    # the largest radius: a quarter of the way from the corners to the reach, but from 1.01 to 1.5
+    # times as far out as the corners
     margin = min((reach - corners) / 4, corners / 2)
     largest = corners + max(margin, 0.01 * corners)
     between = distances[(distances > corners) & (distances < largest)]

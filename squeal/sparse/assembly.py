@@ -59,8 +59,8 @@ class Assembly:
     >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
     >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
     >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
-    >>> found = squeal.assemble([fixed, pressed], [touch])
-    >>> len(found.components), found.cutoff, found.system.n
+    >>> joined = squeal.assemble([fixed, pressed], [touch])
+    >>> len(joined.components), joined.cutoff, joined.system.n
     (2, inf, 2)
     """
 
@@ -78,8 +78,8 @@ class Assembly:
 
     @property
     def reduction(self) -> dict[str, Any] | None:
-        """What a JSON object says of a reduction, rows before and after it, cutoff; None if none of
-        the components is reduced."""
+        """What a JSON object says of the reduction: method, rows after it and before it, cutoff in
+        Hz; None if none of the components is reduced."""
         if not np.isfinite(self.cutoff):
             return None
         return {
@@ -115,9 +115,9 @@ class Assembly:
         >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
         >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
         >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
-        >>> found = squeal.assemble([fixed, pressed], [touch])
-        >>> roots = squeal.eigenvalues(found.system).eigenvalues
-        >>> [root.error for root in found.bounded(found.system, roots)][:1]  # none is reduced
+        >>> joined = squeal.assemble([fixed, pressed], [touch])
+        >>> roots = squeal.eigenvalues(joined.system).eigenvalues
+        >>> [root.error for root in joined.bounded(joined.system, roots)][:1]  # none is reduced
         [1e-07]
         """
         errors = self._root_errors(system, roots)
@@ -159,7 +159,7 @@ class Assembly:
     def truncation_term(
         self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, parameters: Parameters
     ) -> TruncationTerm:
-        """What the truncated motions of the reduced components take from y_i^H P x_j: S^H P^-1 R.
+        """What truncated motions of the reduced components subtract from y_i^H P x_j: S^H P^-1 R.
 
         Truncated motions are eliminated from P (a Schur complement); R = P x and S = P^H y are the
         residuals of the modes inside the components. `value` is S^H K^-1 R, the first term of the
@@ -184,11 +184,11 @@ class Assembly:
         >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
         >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
         >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
-        >>> found = squeal.assemble([fixed, pressed], [touch])
-        >>> [root, *_] = squeal.eigenvalues(found.system).eigenvalues
+        >>> joined = squeal.assemble([fixed, pressed], [touch])
+        >>> [root, *_] = squeal.eigenvalues(joined.system).eigenvalues
         >>> x = root.right[:, None]
         >>> y = root.left[:, None]
-        >>> found.truncation_term([root.value], x, y, found.system.parameters).value.tolist()
+        >>> joined.truncation_term([root.value], x, y, joined.system.parameters).value.tolist()
         [[0j]]
         """
         z = np.asarray(roots)
@@ -261,10 +261,10 @@ def assemble(
     >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
     >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
     >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
-    >>> found = squeal.assemble([fixed, pressed], [touch])
-    >>> found.displacements.tolist(), found.seats[0].forces.tolist()
+    >>> joined = squeal.assemble([fixed, pressed], [touch])
+    >>> joined.displacements.tolist(), joined.seats[0].forces.tolist()
     ([-2.0, -5.0], [6.0])
-    >>> squeal.eigenvalues(found.system).values[::2].imag.round(6)
+    >>> squeal.eigenvalues(joined.system).values[::2].imag.round(6)
     array([1.     , 2.44949])
     """
     bodies_by_name = {body.name: body for body in components}
@@ -307,8 +307,9 @@ def assemble(
         dampers += _contact_dampers(pairs, static, is_large)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
     if structure.digits is not None and any(contact.has_seat for contact in located):
-        words = f"contact is seated on components that are known to {structure.digits} digits"
-        system = system.assuming(words)
+        system = system.assuming(
+            f"contact is seated on components that are known to {structure.digits} digits"
+        )
 
     def joined_at(changes: Parameters) -> Assembly:
         # the bodies are reduced already: no cutoff
@@ -339,8 +340,8 @@ def _merged_parameters(bodies: Sequence[Component], overrides: Parameters) -> di
     """The parameters of an assembly: `overrides` before those of the components, and these before
     the defaults.
 
-    If several components have a parameter, the first component whose matrices depend on it gives
-    its value, and the last component if no matrices depend on it. Raises InputError if matrices of
+    If several components have a parameter, its value is that of the first component whose matrices
+    depend on it or, if no matrices do, that of the last component. Raises InputError if matrices of
     two components depend on a parameter and its values differ, unless it is overridden.
     """
     parameters = dict(ASSEMBLY_DEFAULTS)
@@ -371,8 +372,9 @@ def _merged_assumptions(bodies: Sequence[Component]) -> tuple[str, ...]:
 
 
 def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
-    """Block-diagonal terms of M, C or K (part 0, 1 or 2) of all components: one for each formula,
-    whose terms of all components it holds.
+    """Block-diagonal terms of M, C or K (part 0, 1 or 2) of all components.
+
+    There is one for each formula: it holds the terms with this formula of all components.
     """
     from scipy.sparse import csc_array
 
@@ -429,15 +431,16 @@ def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: boo
     """Terms of C by friction of the static normal forces N.
 
     A small velocity across the sliding turns the direction of friction, which damps by mu N / v at
-    the sliding speed v; one along it changes the coefficient, which damps by (d mu / dv) N. The
-    forces N hold the factor of the normal stiffness already, and are zero where a pair is open.
+    the sliding speed v. A small velocity along it changes the coefficient of friction, which damps
+    by (d mu / dv) N. The forces N hold the factor of the normal stiffness already, and are zero
+    where a pair is open.
     """
     contact = pairs.contact
     dampers: list[Term] = []
     if contact.speed:  # empty where the contact names no speed
-        _, across = pairs.across  # the first direction is along sliding, the second beside it
-        # v = speed radius: the radius is 1 if `speed` is in m/s, and if it is in rad/s the metres
-        # from the axis
+        _, across = pairs.across  # the first direction is along sliding, the second across it
+        # v = speed radius: the radius is 1 if `speed` is in m/s; if it is in rad/s, the radius is
+        # the distance from the axis in m
         friction = f"({contact.friction}) / ({contact.speed})"
         forces = static.forces / pairs.radius
         dampers += _coupling(across, forces, across, friction, is_large)
@@ -453,8 +456,9 @@ def _coupling(
 ) -> list[Term]:
     """The term force^T diag(weights) displacement times a factor; none if the product is empty.
 
-    At each of the m pairs a row of `displacement` (m, n) times the displacements of all rows gives
-    a relative displacement; its weight (m,) times that is a force along its row of `force` (m, n).
+    At each of the m pairs a row of `displacement` (m, n) times the displacements of all rows is a
+    relative displacement. This times the weight (m,) of the pair, a stiffness or damping, is a
+    force, which acts on the rows as the pair's row of `force` (m, n) says.
     """
     if not force.nnz or not weights.any():
         return []

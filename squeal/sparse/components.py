@@ -1,8 +1,8 @@
 """One body of an assembly: its matrices and nodes, and its Craig-Bampton reduction.
 
 A reduced component keeps the rows of its boundary nodes. Its inside follows the boundary
-statically (constraint modes) and moves by its normal modes with the boundary held, up to a
-frequency. The modes above are represented by their static answer to the inertia of the constraint
+statically (constraint modes) and moves by its normal modes with the boundary fixed, up to a
+frequency. The modes above are represented by their static response to the inertia of the constraint
 modes.
 """
 
@@ -31,7 +31,7 @@ from squeal.sparse.reduced_basis import term_weights
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-SHARE = 1e-4  # of the energy of a boundary motion, below which what it adds inside is left out
+SHARE = 1e-4  # of the energy of a boundary motion: a static response of less energy is left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,14 +84,14 @@ class Component:
 
     def __post_init__(self) -> None:
         n = self.system.n
-        kinds = {"nodes": str, "directions": float, "places": float, "load": float}
-        for name, kind in kinds.items():
+        types = {"nodes": str, "directions": float, "places": float, "load": float}
+        for name, type_of_entries in types.items():
             entries = getattr(self, name)
             if entries is None:
                 continue
             at = Place(self.name, name)
             refuse_unit(entries, at)
-            values: NDArray = np.asarray(entries).astype(kind)
+            values: NDArray = np.asarray(entries).astype(type_of_entries)
             shape = (n, 3) if name == "places" else (n,)
             if values.shape != shape:
                 raise at.refuse(
@@ -217,7 +217,7 @@ class Component:
         formula = Formula(str(speed))
 
         def product_with(J: csc_array, factor: float) -> Callable[[Matrix], Matrix]:
-            """The map of a matrix X to factor (X J + J X), dense if X is."""
+            """The map of a matrix X to factor (X J + J X), which is dense if X is."""
 
             def product(X: Matrix) -> Matrix:
                 total = factor * (csc_array(X) @ J + J @ csc_array(X))
@@ -274,8 +274,8 @@ class Component:
         """The component after Craig-Bampton reduction: all rows of some nodes, and modes up to a
         frequency.
 
-        Modes above the cutoff are represented by their static answer to the inertia of the
-        constraint modes, for those motions of the boundary to whose energy this answer adds more
+        Modes above the cutoff are represented by their static response to the inertia of the
+        constraint modes, for those motions of the boundary to whose energy this response adds more
         than `SHARE` at half the cutoff.
 
         Parameters
@@ -283,7 +283,7 @@ class Component:
         nodes : array_like
             Labels of the nodes that stay: in contact, at mounts, and where motion is observed.
         cutoff : float
-            Highest frequency in Hz of the normal modes with these nodes held, above 0; twice the
+            Highest frequency in Hz of the normal modes with these nodes fixed, above 0; twice the
             highest one of interest.
 
         Returns
@@ -342,10 +342,10 @@ class Component:
         """The factorised K of the interior rows, and the basis (n, d) of the reduction.
 
         Its columns: the constraint modes (static, by a unit displacement of each boundary row), the
-        normal modes up to the cutoff in Hz with the boundary held, and the static answer of the
+        normal modes up to the cutoff in Hz with the boundary fixed, and the static response of the
         modes above the cutoff to the inertia of the constraint modes. boundary, interior: indices
         of the rows of the nodes that stay, and of all other rows. Raises InputError if the
-        component can move freely with the boundary held.
+        component can move freely with the boundary fixed.
         """
         from scipy.linalg import eigh
         from scipy.sparse import csc_array
@@ -361,20 +361,20 @@ class Component:
         with suppress(ZeroDivisionError):  # K is singular: it is not held
             factor = factorise(inner_K)
             squares, modes = _real_modes(inner_K, inner_M, factor, cutoff)
-            # stiffnesses of the modes, omega^2 |M|, beside rounding of K
+            # the stiffness of each mode, omega^2 |M|, must exceed rounding of K
             is_held = bool(np.all(squares * norm_of(inner_M) > rounding))
         if not is_held:
             raise InputError(f"{self.name}: the nodes in contact do not hold it; it needs supports")
         constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
-        # the static answer K^-1 M constraint of all modes inside, less the part of the modes up to
+        # the static response K^-1 M constraint of all modes inside, less that of the modes up to
         # the cutoff
         static = factor.solve((M @ constraint)[interior])
         static -= modes @ (modes.T @ (inner_M @ static))
-        # the answer is kept for motions v of the boundary to whose energy it adds a share above
-        # SHARE at half of the cutoff. A boundary motion v at omega has the inside follow by
-        # omega^2 static v, of the energy omega^4 v^T static^T K static v; that over the energy of
-        # constraint v is a Rayleigh quotient: its stationary values are eigenvalues of a pencil
+        # the response is kept for motions v of the boundary to whose energy it adds a share above
+        # SHARE at half of the cutoff. To a boundary motion v at omega the inside responds by
+        # omega^2 static v, of the energy omega^4 v^T static^T K static v. This over the energy of
+        # constraint v is a Rayleigh quotient: its stationary values are the eigenvalues `shares`
         omega = np.pi * cutoff  # rad/s, of cutoff / 2
         energy_of_constraint = constraint.T @ (K @ constraint)
         energy_of_constraint += omega**2 * (constraint.T @ (M @ constraint))
@@ -485,8 +485,8 @@ def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tu
     """Squared frequencies (k,) in (rad/s)^2 and modes (n, k) with unit mass up to a cutoff in Hz.
 
     By shift-and-invert Lanczos with the factor of K, for 24 modes and then for twice as many each
-    time, until one lies above the cutoff; by a dense solver once that would be a quarter of the
-    rows or more. Raises ZeroDivisionError if the dense solver finds K not positive definite.
+    time, until one lies above the cutoff. Once that would be a quarter of the rows or more, by a
+    dense solver. Raises ZeroDivisionError if that finds K not positive definite.
     """
     from scipy.linalg import eigh
 

@@ -23,9 +23,9 @@ Array: TypeAlias = NDArray[np.float64]
 Labels: TypeAlias = NDArray[np.str_]
 
 INSIDE_TOLERANCE = 1e-6  # by which a point may lie beyond a face, of the face's reference length
-NEWTON_STEPS = 20  # of Newton's method for a projection; flat faces take one or two
+NEWTON_STEPS = 20  # for the projection of a point; flat faces take one or two
 FARTHEST_COORDINATE = 10.0  # reference coordinates beyond which no projection is followed
-SETTLED_CHANGE = 1e-10  # change of reference coordinates at which it ends
+CONVERGED_CHANGE = 1e-10  # change of reference coordinates at which Newton's method ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +85,10 @@ class FaceContact(NamedTuple):
 
 
 class _Shape(NamedTuple):
-    """Shape functions of a face at k places, given by their reference coordinates (k, 2)."""
+    """Shape functions of a face at p places, given by their reference coordinates (p, 2)."""
 
-    values: Array  # (k, nodes)
-    slopes: Array  # (k, nodes, 2), derivatives by the reference coordinates
+    values: Array  # (p, nodes)
+    slopes: Array  # (p, nodes, 2), derivatives by the reference coordinates
 
 
 def _triangle(coordinates: Array) -> _Shape:
@@ -126,7 +126,7 @@ _MIDDLES = ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))
 def _quad(coordinates: Array) -> _Shape:
     """Four corners: (1 + r_i r) (1 + s_i s) / 4."""
     r_i, s_i = np.array(_CORNERS).T
-    along_r = 1.0 + r_i * coordinates[:, :1]  # (k, 4)
+    along_r = 1.0 + r_i * coordinates[:, :1]  # (p, 4)
     along_s = 1.0 + s_i * coordinates[:, 1:]
     slopes = np.stack([r_i * along_s, s_i * along_r], axis=2)
     return _Shape(along_r * along_s / 4.0, slopes / 4.0)
@@ -188,8 +188,8 @@ def _quad_rule() -> tuple[Array, Array]:
 class _Faces(NamedTuple):
     """Faces of one kind of a surface.
 
-    places (f, k, 3): where the k nodes of each of f faces lie. labels (f, w): what these are
-    called, w of them as many as the largest face of the surface has nodes: the last one repeats.
+    places (f, k, 3): where the k nodes of each of f faces lie. labels (f, w): of these nodes; w is
+    the number of nodes of the largest face of the surface, and the last label fills the row.
     """
 
     places: Array
@@ -334,9 +334,9 @@ class _Feet(NamedTuple):
 def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -> _Feet:
     """Where each point meets the nearest face of a surface along its normal, in either sense.
 
-    `kinds` are the faces of the surface by their numbers of nodes. Faces farther away than
-    `farthest` (m) do not count. A tree of all points finds those close to each face; if a point
-    meets several faces, the nearest one replaces the others.
+    `kinds` are the faces of the surface, one entry for each number of nodes. Faces farther away
+    than `farthest` (m) do not count. A tree of all points gives those close to each face; if a
+    point meets several faces, the nearest one replaces the others.
     """
     from scipy.spatial import KDTree
 
@@ -372,9 +372,9 @@ def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, A
     """Where lines from places (m, 3) along normals (m, 3) meet a face of nodes (k, 3).
 
     Returns reference coordinates (r, s) (m, 2), which may lie beyond the face, and heights (m,)
-    along the normals. By Newton's method on face(r, s) - height normal - place = 0; NaN where the
-    method does not settle in `NEWTON_STEPS` steps, a line meets the face beyond
-    `FARTHEST_COORDINATE`, or runs parallel to it at some step.
+    along the normals. By Newton's method on face(r, s) - height normal - place = 0. NaN where the
+    method does not converge in `NEWTON_STEPS` steps, where a line meets the face beyond
+    `FARTHEST_COORDINATE`, and where it runs parallel to the face at some step.
     """
     shape = SHAPES[len(nodes)]
     unknowns = np.zeros((len(places), 3))  # r, s and height; a quadrilateral has its middle at 0, 0
@@ -387,12 +387,12 @@ def _feet_on_face(nodes: Array, places: Array, normals: Array) -> tuple[Array, A
         tangents = np.einsum("mkt,kx->mxt", slopes, nodes)
         jacobians = np.concatenate([tangents, -normals[:, :, None]], axis=2)
         is_lost |= np.linalg.det(jacobians) == 0.0  # the line is parallel to the face there
-        jacobians[is_lost] = np.eye(3)  # any regular one: with no residual a lost point stays
+        jacobians[is_lost] = np.eye(3)  # any regular matrix: without a residual nothing moves
         residuals[is_lost] = 0.0
         change = np.linalg.solve(jacobians, residuals[:, :, None])[:, :, 0]
         unknowns = unknowns - change
         unknowns[:, :2] = np.clip(unknowns[:, :2], -FARTHEST_COORDINATE, FARTHEST_COORDINATE)
-        is_moving = np.abs(change[:, :2]).max(axis=1) > SETTLED_CHANGE
+        is_moving = np.abs(change[:, :2]).max(axis=1) > CONVERGED_CHANGE
         if not is_moving.any():
             break
     unknowns[is_lost | is_moving] = np.nan

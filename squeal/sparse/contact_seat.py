@@ -1,7 +1,7 @@
 """Contact between two components: pairs, their directions, and the static contact solution.
 
 Contact acts between nodes of two components, or between points of their faces, so that it changes
-without a new reduction. What touches is found under the brake load: pairs that would pull open,
+without a new reduction. Which pairs touch follows from the brake load: pairs that would pull open,
 and carry neither stiffness nor friction.
 """
 
@@ -60,7 +60,7 @@ class Contact:
     tangential : float or array_like (m,)
         Stiffness in the two directions across the normal, as `stiffness`.
     gap : float or array_like (m,)
-        What is between the nodes beside their places, in m: wear and machined height.
+        What separates the nodes in addition to their coordinates, in m: wear, machined height.
     exponent, reference : float
         Of the normal stiffness by pressure (Pa; N without `area`); 0, up to 0.99, is a constant
         stiffness, as that of bonded pairs always is.
@@ -259,8 +259,8 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
     normals = _unit_vectors("normal", contact.normal, points)
     normal = relative_displacement(normals)
     _require_at_pairs(np.diff(normal.indptr) > 0, "pairs: no row moves along the normal", points)
-    # motion: vectors of any length along which the pairs slide; if they do not slide, any vectors
-    # that are not normal
+    # motion: vectors (m, 3) of any length along which the pairs slide; if they do not slide, any
+    # vectors that are not normal
     radius = np.ones(len(points))
     slides = True
     if contact.sliding is not None:
@@ -323,7 +323,7 @@ class _Side:
         self.labels = labels
         self.weights = weights
         self.size = int(ends[-1])  # rows of all components
-        self.is_used = weights != 0.0  # False where a row of the table has fewer nodes
+        self.is_used = weights != 0.0  # False where a pair has fewer than k nodes
         # rows of x, y, z in the assembly (m, k, 3); -1 where a node does not move along one
         rows = self.body.rows_of(labels[self.is_used])
         self.rows = np.full((*labels.shape, 3), -1)
@@ -399,11 +399,11 @@ class StaticContact:
 
 
 class _PairLaws(NamedTuple):
-    """What acts at each pair (m,), of all contacts."""
+    """What acts at each pair (m,), of one contact or of all."""
 
     area: Array
     factor: Array  # of the normal stiffness
-    stiffness: Array  # of the pair at its reference
+    stiffness: Array  # N/m, normal to the pair, where its force is the reference
     gap: Array
     exponent: Array
     reference: Array
@@ -491,7 +491,7 @@ class _JoinedPairs(NamedTuple):
     laws: _PairLaws
     normal: csr_array  # (m, n), relative displacements along the normals
     across: csr_array  # (2 m, n), those along both directions across them
-    push: csr_array  # (n, m), loads on all rows by a unit normal force at a pair and its friction
+    push: csr_array  # (n, m), loads on all rows by a unit normal force of a pair and its friction
 
     @staticmethod
     def of(pair_sets: Sequence[PairDirections], parameters: Parameters) -> _JoinedPairs:
@@ -532,11 +532,11 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
 
     Each step solves the structure with the tangent springs of the closed pairs, then closes the
     pairs that are pressed and opens the others. With constant stiffness the method ends when the
-    set of closed pairs does not change. Once a set returns, one pair changes at a time, the first
-    that is closed though it pulls or open though it is pressed: no set then returns, since the
-    problem is linear (Murty's principal pivoting). With an exponent it is not linear: all pairs
-    always change together, and the method ends when, besides, no approach changes by more than
-    1e-11 of itself.
+    set of closed pairs does not change. Once a set occurs again, one pair changes at a time, the
+    first that is closed though it pulls or open though it is pressed: from then on no set occurs
+    twice, since the problem is linear (Murty's principal pivoting). With an exponent the problem is
+    not linear: all pairs always change together, and the method ends when, in addition, no approach
+    changes by more than 1e-11 of itself.
 
     Raises InputError where all pairs open, and ComputationError if it does not end in 100 steps and
     one more for each pair.
@@ -552,7 +552,7 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     one_at_a_time = False
     for _ in range(100 + len(laws.gap)):
         springs = closed * laws.factor * unit_slopes
-        tangential = np.tile(closed * laws.tangential, 2)  # one after the other, as `across`
+        tangential = np.tile(closed * laws.tangential, 2)  # for both directions of `across`
         A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
         # the law of each pair is replaced by its tangent: the slope gives the springs in A, and the
@@ -566,8 +566,8 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         if not now_closed.any():
             raise InputError("all pairs open under the load; it must press the components together")
         changed = np.flatnonzero(now_closed != closed)
-        is_settled = not is_nonlinear or np.allclose(approach, previous, rtol=1e-11, atol=0.0)
-        if not len(changed) and is_settled:
+        is_converged = not is_nonlinear or np.allclose(approach, previous, rtol=1e-11, atol=0.0)
+        if not len(changed) and is_converged:
             return _Seat(closed, unit_forces, unit_slopes, displacements)
         if now_closed.tobytes() in visited:
             one_at_a_time = not is_nonlinear
@@ -580,10 +580,10 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
 
 
 def _solve(A: Matrix, right: Array) -> Array:
-    """A^-1 right. Raises InputError where A is singular, or so nearly that rounding decides."""
+    """The solution x of A x = right. Raises InputError where A is singular to rounding."""
     from scipy.linalg import LinAlgWarning, solve
 
-    # B = scale_i A_ij scale_j has a unit diagonal, so that units do not matter
+    # B_ij = scale_i A_ij scale_j has a unit diagonal, so that units do not matter
     scale = 1.0 / np.sqrt(divisor(np.abs(A.diagonal())))
     with suppress(ZeroDivisionError, np.linalg.LinAlgError, LinAlgWarning):
         if not is_sparse(A):
@@ -591,11 +591,11 @@ def _solve(A: Matrix, right: Array) -> Array:
                 warnings.simplefilter("error", LinAlgWarning)
                 return scale * solve(A * scale[:, None] * scale, scale * right)
         factor = factorise(A.tocsc())
-        # B is singular to rounding if its condition is 1 / EPS: |B| is at least 1, and B^-1 times
-        # some random forces is about as long as |B^-1| or longer
+        # B is singular to rounding if its condition |B| |B^-1| is 1 / EPS: |B| is at least 1, and
+        # B^-1 times some random forces is about as long as |B^-1| or longer
         forces = np.random.default_rng(0).standard_normal((8, len(right)))
-        answers = factor.solve((forces / scale).T).T / scale
-        if EPS * np.linalg.norm(answers) < 1.0:
+        responses = factor.solve((forces / scale).T).T / scale
+        if EPS * np.linalg.norm(responses) < 1.0:
             return factor.solve(right)
     raise InputError(
         "nothing holds some motion of the components under the load; each needs supports, or "

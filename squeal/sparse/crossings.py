@@ -1,12 +1,12 @@
-"""Crossings of the imaginary axis along a parameter: seen on a reduced system, located on the full.
+"""Crossings of the imaginary axis: searched on a reduced system, located on the full one.
 
-At values of the parameter the reduced system gives roots in a region and their derivatives. They
-are matched from one value to the next by where their slopes point. A doubtful match halves the
-step; where two roots are predicted to come close (`near_coalescences`), the step is divided at that
-value. Newton's method on the full system has the last word: with right and left vectors x, y of a
-mode y^H P(i omega, p) x = 0 is a complex equation for two real unknowns, whose error is of second
-order in that of the vectors. The vectors of the reduced system are corrected to those of the full
-one by inverse iteration and by residuals, with a factor of P.
+At values of the parameter the reduced system gives roots in a region and their derivatives. Roots
+at both ends of a step are matched by their slopes. A doubtful match halves the step; where two
+roots are predicted to come close (`near_coalescences`), the step is divided at that value. Newton's
+method on the full system then locates each crossing: with right and left vectors x, y of a mode
+y^H P(i omega, p) x = 0 is a complex equation for two real unknowns, whose error is of second order
+in that of the vectors. The vectors of the reduced system are corrected to those of the full one by
+inverse iteration and by residuals, with a factor of P.
 """
 
 import itertools
@@ -46,12 +46,12 @@ from squeal.sparse.quadratic import (
 from squeal.sparse.reduced_basis import ReducedBasis
 from squeal.sparse.reduction import Reduction
 
-# When the roots of a reduced system are in doubt, and what following them may cost
+# When a match of roots of the reduced system is in doubt, and how many steps it may cost
 SHORTEST_STEP = 2.0**-40  # of the range
-MOST_SPECTRA = 1200  # values at which roots are computed; beyond, no step is halved
-MISSED_SHARE = 0.25  # of a root's path: two roots match if their slopes miss it by at most this
-MISSED = 1e-4  # of |lambda|: ... or by this, if it is further off the axis
-LEAST_MISSED = 1e-8  # of |lambda|: ... or by this anyway
+MOST_SPECTRA = 1200  # values at which roots are computed; with so many no step is halved
+MISSED_SHARE = 0.25  # of a root's path: by so much its slopes may miss it if the match is right
+MISSED = 1e-4  # of |lambda|: ... or by so much, if the root is further off the axis
+LEAST_MISSED = 1e-8  # of |lambda|: ... or by so much in any case
 REAL_SHARE = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
 SAME_SHARE = 1e-7  # relative: crossings closer than this are one
 NEWTON_STEPS = 20
@@ -60,7 +60,7 @@ CONVERGED_STEP = 1e-12  # step relative to p and omega; its error is the square
 
 
 class CrossingGuess(NamedTuple):
-    """A crossing of the imaginary axis nearby."""
+    """Where a crossing of the imaginary axis is expected nearby."""
 
     value: float  # of the parameter
     omega: float  # rad/s, 0 of a real root
@@ -124,16 +124,16 @@ def spectrum_with_slopes(
     z = roots.values
     right = roots.right
     left = roots.left
-    at = {name: value}
-    matrices = system.at(at)
+    changes = {name: value}
+    matrices = system.at(changes)
     M, C, _ = matrices
-    change = left.conj().T @ applied(system.derivative(name, at), z, right)
+    derivative = left.conj().T @ applied(system.derivative(name, changes), z, right)
     weight = np.sum(left.conj() * inertia(matrices, z, right), axis=0)
     # a free motion without damping has the double root z = 0, where P' = C and y^H C x is zero but
     # for rounding of |C|: such a root has no slope, and gets zeros
     damping = 0.0 if C is None else norm_of(C)
     is_single = (z != 0) | (np.abs(weight) > assumed_rounding(damping))
-    coupling = -change / np.where(is_single, weight, np.inf)[:, None]
+    coupling = -derivative / np.where(is_single, weight, np.inf)[:, None]
     if lifted:
         of_velocities = M.conj().T @ left
         of_displacements = z.conj() * of_velocities
@@ -145,12 +145,12 @@ def spectrum_with_slopes(
 
 
 class _Match(NamedTuple):
-    """Pairs (k,) of roots of two spectra that are taken for the same root."""
+    """Roots of two spectra that are taken for the same, k pairs by their indices."""
 
     before: Indices
     after: Indices
-    misses: Array  # distance of the later root from where the slopes of both predict it, rad/s
-    growth_misses: Array  # its part across the imaginary axis, 1/s
+    misses: Array  # (k,), distance of the later root from where both slopes predict it, rad/s
+    growth_misses: Array  # (k,), the part of that distance across the imaginary axis, 1/s
 
 
 def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
@@ -200,10 +200,11 @@ class CrossingSearch:
         """The crossings between two values of the parameter, low < high, located on the reduced
         system.
 
-        The step from `low` to `high` is divided in two, again and again, while `_division` or a
-        crossing that was not located asks for it. A step is no longer divided if it is at most
-        `shortest` long or if `MOST_SPECTRA` are computed: each root that changes the sign of its
-        growth rate on such a step then gives the end of the step nearer to its crossing.
+        The step from `low` to `high` is divided in two, again and again, as long as `_division`
+        requires it or a root's change of sign is not explained by its crossings. A step is no
+        longer divided if it is at most `shortest` long or if `MOST_SPECTRA` are computed: for each
+        root that changes the sign of its growth rate on it, the end of the step at which the root
+        is nearer to the axis is then given as the crossing.
         """
         before = self.at(low)
         after = self.at(high)
@@ -238,9 +239,10 @@ class CrossingSearch:
     ) -> float | None:
         """The value of the parameter at which a step has to be divided, None if it need not be.
 
-        It is divided in the middle where the slopes miss a matched root, or where a root without a
-        partner may not simply have left or entered the region; where a root comes closest to the
-        axis between the ends; and at the value where two roots are predicted to meet.
+        - In the middle if the slopes miss a matched root, or if a root without a partner may not
+          simply have left or entered the region.
+        - Where a matched root comes so close to the axis between the ends that it may cross it.
+        - Where two roots are predicted to meet.
         """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
@@ -252,8 +254,8 @@ class CrossingSearch:
         allowed = np.maximum(MISSED_SHARE * path_lengths, slack)
         if np.any(match.misses > allowed):
             return middle
-        # that path mostly runs along the axis: across it the slopes have to predict a root better,
-        # since between the ends of a step it may rise by several times what they miss
+        # paths mostly run along the axis, but what matters is across it: between the ends of a step
+        # a growth rate may rise by several times what the slopes miss there
         if np.any(match.growth_misses > off_axis / 16 + LEAST_MISSED * np.abs(start)):
             return middle
         dip = _dip_towards_axis(before, after, match)
@@ -269,8 +271,8 @@ class CrossingSearch:
         for meeting in near_coalescences(before, after):
             if not before.value < meeting.value < after.value:
                 continue
-            # the two roots turn within `width` of the meeting (at least 1e-9 of it, rounding); a
-            # spectrum at most half a width from it shows that, so that none is added
+            # the two roots turn within `width` of the meeting (at least 1e-9 of it, for rounding).
+            # No spectrum is needed there if one lies within half a width of it already
             width = max(meeting.width, 1e-9 * abs(meeting.value))
             distance = min(abs(value - meeting.value) for value in self._spectra)
             if distance > width / 2:
@@ -283,9 +285,9 @@ class CrossingSearch:
         """False if all `unmatched` roots, those without a partner at the other end of a step, have
         left the region there as their slopes predict: z + span dz/dp lies outside.
 
-        True if that prediction z + span dz/dp lies in the region or beyond the real axis (the root
-        may have met its conjugate), or if z + 2 span dz/dp lies beyond the imaginary axis: the root
-        may have crossed it first, since its slope may double on the way.
+        True if that prediction lies in the region or beyond the real axis (the root may have met
+        its conjugate), or if z + 2 span dz/dp lies beyond the imaginary axis: the root may have
+        crossed it first, since its slope may double on the way.
 
         spectrum: of one end of the step; span: from there to the other end, negative from the later
         end back.
@@ -351,9 +353,9 @@ def _dip_towards_axis(
 ) -> float | None:
     """The value of the parameter at which a matched root may cross the axis and return in a step.
 
-    The Hermite cubic through Re z and its slopes shows how much closer to the axis a root comes
-    than at both ends, on one side of it. If it comes closer by more than is left of its distance,
-    the cubic does not tell that it stays on its side. None if no root does.
+    The Hermite cubic through Re z and its slopes shows whether a root comes closer to the axis
+    between the ends of the step than at both. If it comes closer by more than its least distance
+    from the axis, the cubic is too rough to tell that it stays on its side. None if no root does.
     """
     span = after.value - before.value
     start = before.z[match.before]
@@ -366,10 +368,11 @@ def _dip_towards_axis(
     shares = np.linspace(0.0, 1.0, 17)
     side = np.sign(start.real)
     distances = side * np.polynomial.polynomial.polyval(shares, cubic).T  # (17, roots)
-    ends = np.minimum(distances[0], distances[-1])
-    closer = ends - distances.min(axis=0)
+    at_ends = np.minimum(distances[0], distances[-1])
+    least = distances.min(axis=0)
+    closer = at_ends - least
     rounding = LEAST_MISSED * np.abs(start)
-    may_cross = (ends > 0.0) & (closer > rounding) & (closer > distances.min(axis=0))
+    may_cross = (at_ends > 0.0) & (closer > rounding) & (closer > least)
     if not may_cross.any():
         return None
     root = np.flatnonzero(may_cross)[0]
@@ -377,15 +380,16 @@ def _dip_towards_axis(
 
 
 def _explain(crossings: Sequence[AxisCrossing], start: complex, end: complex) -> bool:
-    """Whether the crossings of a root on a step explain where it grows, from its start to its end.
+    """Whether the crossings of a root on a step explain the signs of its growth rate at both ends.
 
-    An end where it neither grows nor decays by more than rounding allows any number of crossings.
+    start, end: the root at the ends. If it neither grows nor decays by more than rounding at one of
+    them, any crossings do.
     """
     signs = np.sign(_growth_beyond_rounding(np.array([start, end])))
     if not signs.all():
         return True
     rise = sum(crossing.direction for crossing in crossings)
-    return bool(signs[0] + 2 * rise == signs[1])
+    return bool(signs[0] + 2 * rise == signs[1])  # signs are 1 or -1
 
 
 def _changes_sign(before: NDArray, after: NDArray) -> Bools:
@@ -399,10 +403,10 @@ def _growth_beyond_rounding(z: NDArray) -> NDArray:
 
 
 class _ReducedCrossing(NamedTuple):
-    """A crossing of the reduced system."""
+    """A crossing of the reduced system, frozen at a frequency if it depends on it."""
 
     guess: CrossingGuess  # vectors in the scaled coordinates of the full system
-    is_near_part: bool  # False if it is nearer to another of the frozen frequencies than to its own
+    is_near_part: bool  # False if its omega is nearer to another of the frozen frequencies
 
 
 def _crossings_of_reduced(
@@ -450,8 +454,8 @@ def crossings_along(
     crossings : list of AxisCrossing
         By rising value of the parameter.
     unconfirmed : list of str
-        A sentence for each guess at which no crossing of the full system was located. A guess that
-        is nearer to another frozen frequency than to its own gives none: there it is tried again.
+        A sentence for each guess at which no crossing of the full system was located. There is none
+        for a guess that is nearer to another frozen frequency, whose system gives it again.
 
     Raises
     ------
@@ -460,7 +464,7 @@ def crossings_along(
     """
     from_elsewhere = [_ReducedCrossing(guess, is_near_part=True) for guess in known]
     of_reduced = _crossings_of_reduced(reduction, name, values)
-    crossings: list[AxisCrossing] = []  # different ones
+    crossings: list[AxisCrossing] = []  # each once
     unconfirmed: list[str] = []
     for guess, is_near_part in itertools.chain(from_elsewhere, of_reduced):
         try:
@@ -484,11 +488,11 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
     """Where two roots meet on the imaginary axis, by rising value of the parameter: of an undamped
     reduced system whose real matrices depend on the frequency of each root.
 
-    With matrices frozen at omega two roots meet at a frequency omega_c(omega). With matrices at the
-    frequency of the two roots themselves they meet where omega_c(omega) = omega, which the secant
-    method solves from each frozen frequency. Two roots that meet at 0 Hz are no flutter, and are
-    left out. The `residual` is the worst backward error of the reduced system's roots in the full
-    system, in which a coalescence is not located.
+    With matrices frozen at omega two roots meet at a frequency omega_c(omega). If the matrices are
+    those at the frequency of the two roots, these meet where omega_c(omega) = omega; the secant
+    method solves that from each frozen frequency. Two roots that meet at 0 Hz are no flutter, and
+    are left out. The `residual` is the worst backward error of the reduced system's roots in the
+    full system, in which a coalescence is not located.
 
     values: of the parameter, rising; only the first and the last one count.
     """
@@ -505,10 +509,10 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
     return sorted(meetings, key=lambda meeting: meeting.value)
 
 
-def _is_same_meeting(one: Event, other: Event) -> bool:
+def _is_same_meeting(meeting: Event, other: Event) -> bool:
     return (
-        abs(one.value - other.value) <= SAME_SHARE * abs(one.value)
-        and abs(one.omega - other.omega) <= SAME_SHARE * one.omega
+        abs(meeting.value - other.value) <= SAME_SHARE * abs(meeting.value)
+        and abs(meeting.omega - other.omega) <= SAME_SHARE * meeting.omega
     )
 
 
@@ -550,9 +554,9 @@ def _at_own_frequency(
 def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing | None:
     """The crossing if it lies in the range of the parameter from `low` to `high`, otherwise None.
 
-    Rounding (the interval of the crossing) may leave open on which side of an end of the range it
-    lies: it is then placed at that end, where its interval ends. A root whose growth ends at `low`
-    grows nowhere in the range, and gives None.
+    If its interval, which holds rounding, contains an end of the range, the crossing is placed at
+    that end, and its interval ends there. But a root whose growth ends at `low` grows nowhere in
+    the range: None.
     """
     first, last = crossing.interval
     if first <= low <= last:
@@ -566,14 +570,15 @@ def _in_range(crossing: AxisCrossing, low: float, high: float) -> AxisCrossing |
     return None
 
 
-def _is_same(one: AxisCrossing, other: AxisCrossing) -> bool:
+def _is_same(crossing: AxisCrossing, other: AxisCrossing) -> bool:
     """Whether two crossings agree in parameter, direction, frequency and mode."""
-    distance = SAME_SHARE * max(abs(one.value), abs(other.value)) + one.width + other.width
+    distance = SAME_SHARE * max(abs(crossing.value), abs(other.value))
+    distance += crossing.width + other.width
     return bool(
-        one.direction == other.direction
-        and abs(one.value - other.value) <= distance
-        and abs(one.omega - other.omega) <= SAME_SHARE * max(one.omega, other.omega)
-        and abs(np.vdot(one.right, other.right)) > 0.5
+        crossing.direction == other.direction
+        and abs(crossing.value - other.value) <= distance
+        and abs(crossing.omega - other.omega) <= SAME_SHARE * max(crossing.omega, other.omega)
+        and abs(np.vdot(crossing.right, other.right)) > 0.5
     )
 
 
@@ -703,20 +708,20 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
         omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
     if not math.isfinite(step) or not math.isfinite(omega_step):
-        return None  # the parameter hardly moves the root
+        return None  # the parameter hardly moves the root: the inverse overflows
     # how far rounding of P x, in both equations, may move the two unknowns
-    uncertain = 2 * EPS * at_guess.size * np.abs(inverse).sum(axis=1)
-    omega_uncertain, p_uncertain = uncertain.tolist()
+    errors = 2 * EPS * at_guess.size * np.abs(inverse).sum(axis=1)
+    omega_error, p_error = errors.tolist()
     new_p = p + step
     new_omega = guess.omega + omega_step
-    p_limit = max(p_uncertain, CONVERGED_STEP * max(abs(new_p), abs(p) or 1.0))
-    omega_limit = max(omega_uncertain, CONVERGED_STEP * max(abs(new_omega), 1.0))
+    p_limit = max(p_error, CONVERGED_STEP * max(abs(new_p), abs(p) or 1.0))
+    omega_limit = max(omega_error, CONVERGED_STEP * max(abs(new_omega), 1.0))
     is_converged = abs(step) <= p_limit and abs(omega_step) <= omega_limit
     if system.follows:  # matrices depend on the frequency by tables, which end
         least, most = system.covered  # Hz
         new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)
     slope = at_guess.growth_slope
-    half_width = p_uncertain + abs(step) + 2 * EPS * abs(new_p)
+    half_width = p_error + abs(step) + 2 * EPS * abs(new_p)
     crossing = AxisCrossing(
         value=new_p,
         omega=abs(new_omega),  # a step beyond zero ends at the conjugate root

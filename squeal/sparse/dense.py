@@ -5,10 +5,10 @@ double root lies the square root of rounding away, on either side of the imagina
 number of zeros is not read from small roots but from ranks of K and C, and as many of the smallest
 roots are set to zero.
 
-Where M is singular or nearly so a pencil is solved that its inverse does not enter. In singular
-vectors of M what has no mass to rounding is exactly zero, and its velocity no unknown. The QZ
-algorithm is backward stable in M, C and K: what a light mass does to the inverse of M costs the
-roots of the heavy ones no digit.
+Where M is singular or nearly so a pencil is solved that does not contain its inverse. In singular
+vectors of M entries of motions without mass, to rounding, are exactly zero, and the velocities of
+these motions are no unknowns. The QZ algorithm is backward stable in M, C and K, so that a light
+mass, which would spoil the inverse of M, costs the roots of the heavy ones no digit.
 """
 
 import math
@@ -47,7 +47,7 @@ from squeal.sparse.quadratic import (
 )
 
 STIFFNESS_ROUNDING = 64 * EPS
-"""The share of |K| that rounding of K does to a motion that it does not hold."""
+"""Of |K|: the stiffness that rounding of K may give to a motion without stiffness."""
 CLUSTER_DISTANCE = 1e-7
 """The relative distance of roots that are too close for a vector each."""
 
@@ -60,8 +60,8 @@ def dense_values(
     By the standard eigenproblem of A = M^-1 K and B = M^-1 C, in coordinates with unit mass if M
     allows them; by `pencil_values` if M is nearly singular. Of real matrices without damping roots
     on the imaginary axis are exactly there, and roots of motions that nothing holds are exactly
-    zero. `stiffness` is given if K is the projection of a larger matrix, whose rounding it
-    carries: the norm of that matrix. `pencil_values` makes no use of it.
+    zero. If K is the projection of a larger matrix, whose rounding it carries, `stiffness` is the
+    norm of that matrix; `pencil_values` makes no use of it.
     """
     damping = _nonzero(C)
     try:
@@ -111,10 +111,9 @@ def _nonzero(C: Matrix | None) -> Matrix | None:
 
 
 def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
-    """How many roots are exactly zero: one for each motion that K does not hold, two if it is
-    undamped.
+    """How many roots are exactly zero: one for each motion without stiffness, or two if undamped.
 
-    Motions that K does not hold are singular vectors of K with singular values up to `noise`, the
+    Motions without stiffness are singular vectors of K with singular values up to `noise`, the
     rounding of K.
     """
     null, left_null = null_spaces(K, noise)
@@ -122,8 +121,8 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
         return 0
     if _nonzero(C) is None:
         return 2 * zero_roots(K, noise, M)
-    # of a motion without stiffness lambda (lambda m + c) = 0: the root -c / m is a second zero
-    # unless c / m > sqrt(noise / m), to where rounding of K moves zeros: c > sqrt(noise m)
+    # a motion without stiffness has lambda (lambda m + c) = 0. Its root -c / m is a second zero
+    # unless c > sqrt(noise m), that is c / m > sqrt(noise / m), how far rounding of K moves zeros
     damping = np.linalg.svd(left_null.conj().T @ (C @ null), compute_uv=False)
     mass = float(np.linalg.norm(left_null.conj().T @ (M @ null), 2))
     return 2 * null.shape[1] - np.count_nonzero(damping > math.sqrt(noise * mass))
@@ -135,7 +134,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
 
     The roots are eigenvalues s of a pencil F - s E in singular vectors of M. Without damping
     s = -lambda^2, F = K and E = M; with damping s = lambda, and `state_pencil` gives F and E. A
-    massless motion has an infinite eigenvalue, unless damping makes it one of the first order.
+    motion without mass has an infinite eigenvalue or, if it is damped, a finite one (first order).
     """
     C_or_none = _nonzero(C)
     n = len(M)
@@ -151,20 +150,21 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
     mass = np.diag(np.where(np.arange(n) < rank, masses, 0.0) * (rate**2 / size))
     stiffness = U.conj().T @ (K / size) @ Wh.conj().T
     noise = noise_of(stiffness)
-    infinite = n - rank  # one of each massless motion
+    infinite = n - rank  # number of infinite eigenvalues, one of each motion without mass
     if C_or_none is None:
         squares, is_unknown = _finite_values(stiffness, mass, infinite)
         zeros = _count_zeros(mass, None, stiffness, noise)
         # a square has two roots +-lambda
         squares[np.argsort(np.abs(squares))[: zeros // 2]] = 0.0
-        # 0 - s has the imaginary part +0 of a real s. That of -s is -0, below the cut of the square
-        # root along the negative real axis, and leads to the lower root of a pair
+        # 0 - s, not -s: of a real s that has the imaginary part -0, which is below the cut of the
+        # square root along the negative real axis and leads to the lower root of a pair
         not_decaying = np.sqrt(0.0 - squares)
         return np.concatenate([not_decaying, -not_decaying]) * rate, np.tile(is_unknown, 2)
     damping = U.conj().T @ (C_or_none * (rate / size)) @ Wh.conj().T
     if rank < n:
-        massless = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
-        infinite -= rank_of(massless, norm_of(damping))  # damped: a finite root of first order
+        # if it is damped it has a finite one
+        dampings = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
+        infinite -= rank_of(dampings, norm_of(damping))
     values, is_unknown = _finite_values(*state_pencil(mass, damping, stiffness, rank), infinite)
     zeros = _count_zeros(mass, damping, stiffness, noise)
     values[np.argsort(np.abs(values))[:zeros]] = 0.0
@@ -177,9 +177,9 @@ def _finite_values(F: Matrix, E: Matrix, infinite: int) -> tuple[ComplexArray, N
 
     At least `infinite` of the N are infinite: those of the least |beta / alpha|, which rounding
     leaves above zero. If `infinite` is not 0, all with a ratio up to 4 EPS are infinite as well.
-    Among the finite ones the QZ algorithm sets a beta below rounding of E to zero: their size is
-    unknown, and they get the least size that a beta of that rounding gives. If F is real the finite
-    ones are exactly conjugate in pairs.
+    Of a finite eigenvalue whose beta is below rounding of E the QZ algorithm sets beta to zero: its
+    size is unknown, and it gets the least size that a beta of that rounding gives. If F is real the
+    finite ones are exactly conjugate in pairs.
     """
     from scipy.linalg import eigvals
 
@@ -190,7 +190,7 @@ def _finite_values(F: Matrix, E: Matrix, infinite: int) -> tuple[ComplexArray, N
     is_finite[np.argsort(inverses)[:infinite]] = False
     least_beta = EPS * divisor(norm_of(E))
     values = (alpha / np.where(beta == 0, least_beta, beta))[is_finite].astype(complex)
-    if not np.iscomplexobj(F):  # of a pair the QZ algorithm gives the lower root behind the upper
+    if not np.iscomplexobj(F):  # the QZ algorithm puts the lower root of a pair behind the upper
         lower = np.flatnonzero(values.imag < 0)
         values[lower] = values[lower - 1].conj()
     return values, beta[is_finite] == 0
@@ -204,13 +204,13 @@ def roots_at(
     stiffness: float | None = None,
     exact: bool = False,
 ) -> Roots:
-    """Known roots (m,), sorted by Im lambda, with unit right and left vectors (n, m).
+    """Roots of given values (m,), sorted by Im lambda, with unit right and left vectors (n, m).
 
     By inverse iteration on P at each root. Roots that are too close for a vector each share the
     singular vectors of the smallest singular values of P at their mean, zero roots the null space
     of K. `stiffness` is the norm of the larger matrix whose rounding K carries, if there is one.
-    `exact` values, as those of a proof, lose no digit in P: small entries of P then count beside
-    large ones, and rows and columns are scaled for them, see `_scaled_null_vectors`.
+    `exact`: values as those of a proof, which lose no digit in P. Small entries of P then count as
+    much as large ones, and rows and columns are scaled for them, see `_scaled_null_vectors`.
     """
     ordered = values[np.lexsort((values.real, values.imag))]
     right_vectors = np.zeros((len(M), len(ordered)), dtype=complex)
@@ -222,7 +222,7 @@ def roots_at(
         if mean == 0.0 and not exact:
             noise = noise_of(K) if stiffness is None else STIFFNESS_ROUNDING * stiffness
             right, left = null_spaces(K, noise)
-        if not right.shape[1]:  # roots that are not zero, or exact, or K is regular to rounding
+        if not right.shape[1]:  # the roots are not zero, or exact, or K is regular to rounding
             P = mean * mean * M + K
             if C is not None:
                 P = P + mean * C
@@ -252,7 +252,7 @@ def _clusters(values: ComplexArray) -> list[Indices]:
 def _scaled_null_vectors(
     P: ComplexArray, terms: NDArray, count: int
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Unit right and left null vectors (n, count) of P, to which small entries of P matter too.
+    """Unit right and left null vectors (n, count) of P, for which small entries of P count, too.
 
     `terms` (n, n) are the sizes of the entries of P before terms cancel in them. Scales r of rows
     and c of columns make the largest entry of each row and column of r_i terms_ij c_j about one. A
@@ -318,6 +318,6 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
 
 
 def spectrum_at(problem: ScaledProblem, values: ComplexArray) -> tuple[Eigenvalue, ...]:
-    """Exactly known roots (m,) of a small problem with vectors, backward errors and conditions."""
+    """Roots of exact values (m,) of a small problem: vectors, backward errors and conditions."""
     matrices = problem.arrays()
     return eigenvalues_of(problem, roots_at(*matrices, values, exact=True))

@@ -8,8 +8,8 @@ omega. All of it happens in a reduced system that serves all of these frequencie
 full problem, times the inverse of one frozen P, then bring the directions that are missing.
 
 Since omega = |Im lambda| is no analytic function of lambda, no argument principle counts the roots.
-Each should be reached from the frozen frequencies on both its sides; those that are not are
-counted as `unsure`.
+Newton's method should reach each root from the frozen frequencies on both sides of it. The number
+of roots of which that is not so is reported as `unsure`.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class ModesAtOwnFrequencies(NamedTuple):
     """Roots of the full system, each at its own frequency."""
 
     eigenvalues: tuple[Eigenvalue, ...]
-    unsure: int  # roots that the frozen frequency on one side alone led to
+    unsure: int  # number of roots that were reached from frozen frequencies on one side alone
 
 
 def frequencies(system: System, region: Rectangle) -> Array:
@@ -144,8 +144,8 @@ def roots_at_own_frequencies(
 
     At each frozen frequency the method starts from those roots of the frozen matrices that lie near
     that frequency. If several starts end at one root, its own frequency is added to the frozen
-    ones. The matrices there are those of the root itself: of a multiple root as many starts end at
-    it as its multiplicity, of close roots each ends at its own.
+    ones. With the matrices there as many starts end at the root as its multiplicity, while starts
+    of several close roots end at different ones.
     """
     system = reduction.system
     grid = frequencies(system, reduction.region)
@@ -164,7 +164,7 @@ def roots_at_own_frequencies(
                 ends.append(end)
         for z in ends:
             coincident = sum(_is_same(z, other) for other in ends)  # starts that end at z
-            root = next((known for known in reached if _is_same(z, known.value)), None)
+            root = next((other for other in reached if _is_same(z, other.value)), None)
             if root is None:
                 root = RepeatedRoot(z)
                 reached.append(root)
@@ -202,17 +202,17 @@ def _newton(
     None if Newton's method does not converge, if y^H P' x vanishes, or if the method converges to a
     root whose frequency lies beyond the ends of the `grid` (frequencies in rad/s).
 
-    With right and left vectors x, y of P(z, omega) the unknowns of a step are dz and domega of
-    y^H (P + P' dz + dP/domega domega) x = 0 and Im(z + dz) = omega + domega; P' is dP/dz. The first
-    equation is dz = step + root_by_omega domega, which in the second one gives domega. omega stays
-    within the ends of the `grid`.
+    With right and left vectors x, y of P(z, omega) the unknowns of a step are dz and domega, the
+    equations y^H (P + P' dz + dP/domega domega) x = 0 and Im(z + dz) = omega + domega; P' is dP/dz.
+    The first equation is dz = step + root_by_omega domega, from which the second one gives domega.
+    omega is kept within the ends of the `grid`.
     """
     system = reduction.system
     z = start
     omega = frozen
     for _ in range(NEWTON_STEPS):
         at_omega = {**changes, **system.frequency(omega)}
-        root = reduction.roots(at_omega, np.array([z]))  # vectors of P(z), no new root
+        root = reduction.roots(at_omega, np.array([z]))  # for its vectors; z stays as it is
         x = root.right[:, 0]
         y = root.left[:, 0].conj()
         matrices = system.at(at_omega)
@@ -233,8 +233,8 @@ def _newton(
         step += root_by_omega * omega_step
         z = z + step
         omega = float(np.clip(omega + omega_step, grid[0], grid[-1]))
-        # both: at the start z has no step if moduli are flat there; at an end of the grid omega has
-        # one that does not shrink
+        # both steps count: the first one of z may be zero if moduli are constant there, and that of
+        # omega does not shrink where omega is kept at an end of the grid
         if max(abs(step), abs(omega_step)) <= CONVERGED_STEP * abs(z):
             return z
     return None

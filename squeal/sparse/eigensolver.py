@@ -2,9 +2,9 @@
 
 With lambda = shift + radius / theta the problem reads
 theta^2 P(shift) x + theta radius P'(shift) x + radius^2 M x = 0: the roots nearest the shift
-become the largest theta. A block Krylov subspace of the companion form, in single precision, shows
-roughly all roots within some distance. In the space of their vectors the full problem has Ritz
-pairs; P(shift)^-1, applied to the residuals of all of them at once, adds the directions that
+become the largest theta. A block Krylov subspace of the companion form, in single precision, gives
+rough values of all roots within some distance. In the space of their vectors the full problem has
+Ritz pairs; P(shift)^-1, applied to the residuals of all of them at once, adds the directions that
 correct them (residual inverse iteration, Neumaier 1985), until right and left vectors solve the
 full problem to rounding. One basis gives multiple roots and rigid bodies as the dense problem does.
 """
@@ -35,18 +35,18 @@ from squeal.sparse.quadratic import (
 )
 
 # What a search for roots may cost, and the errors with which it ends
-MOST_COLUMNS = 180  # of a subspace; what it does not reach is left to other shifts
+MOST_COLUMNS = 180  # of a subspace; roots that it does not reach are left to other shifts
 BLOCK_SIZE = 3  # vectors of a step: roots of that multiplicity converge at once
 RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
 EXACT_RESIDUAL = 1e-12  # backward error of right vectors with which corrections end
 ACCEPTED_RESIDUAL = 2e-9  # ... of left vectors, and of right ones that no longer improve
 MOST_CORRECTIONS = 12  # at most
-COUNTED_REACH = 1.6  # of a region's radius: all roots so far around it, for a cheap count
+COUNTED_REACH = 1.6  # of a region's radius: roots up to here have to be known for a cheap count
 MOST_PARTS = 200  # of a region that are searched before it is refused
 MOST_ATTEMPTS = 3  # starts for a region whose count shows missing roots
 DENSE_ROWS = 2000  # up to which all roots are computed where few do not suffice
-DISTANT = 1.7  # of a disc's radius: Ritz values beyond stand for roots that its count does not know
-SAME_ROOT = 1e-2  # of a disc's radius: so far apart may be two values of one rough root beyond it
+DISTANT = 1.7  # of a disc's radius: Ritz values beyond stand for the unknown roots there
+SAME_ROOT = 1e-2  # of a disc's radius: two rough values of one root beyond it may differ by this
 FARTHEST = 100.0  # of the radius around a shift: Ritz values beyond are left out
 UNCOUNTED_PART = 0.125  # of a region: smaller ones are not halved for a count alone
 SMALLEST_PART = 1e-3  # of a region: smaller ones are not halved
@@ -57,11 +57,11 @@ MOST_ENLARGEMENTS = 12  # at most
 
 
 class RoughRoots(NamedTuple):
-    """Roots around a shift, roughly: all within `reach` of it, and some beyond."""
+    """Rough values of roots around a shift: all within `reach` of it, and some beyond."""
 
     values: ComplexArray  # (m,) by distance from the shift
     vectors: ComplexArray  # (n, m) of unit length
-    unconverged: ComplexArray  # (k,) Ritz values that are no roots, but lie among those beyond
+    unconverged: ComplexArray  # (k,) Ritz values beyond that have not converged to roots
     reach: float  # rad/s; infinite if the subspace holds all roots
     shift: complex  # the requested one, or one close by if P is singular there
     factor: Factor  # of P(shift)
@@ -79,7 +79,7 @@ class BlockArnoldi:
     """An orthonormal basis of a block Krylov subspace, and an operator in it.
 
     The operator has been applied to the first `applied` of the `size` columns V, which gives the
-    Arnoldi relation: operator V[:, :applied] = V H. The subspace is invariant once that are all.
+    Arnoldi relation: operator V[:, :applied] = V H. If it adds no column the subspace is invariant.
     """
 
     def __init__(
@@ -110,24 +110,25 @@ class BlockArnoldi:
         self._storage[:, self.applied : self.size] = new
 
     def growing(self, most: float = math.inf) -> Iterator[RitzPairs]:
-        """Grow block by block, and show the Ritz pairs at some sizes: each is an eigenproblem.
+        """Grow block by block, and yield the Ritz pairs from time to time.
 
-        Ends when the subspace has more than `most` columns, or is invariant.
+        They cost an eigenproblem, and are computed again when the subspace has grown by an eighth.
+        Ends when it has more than `most` columns, or is invariant.
         """
-        shown_next = 2 * self.block  # columns at which Ritz pairs are computed again
+        next_size = 2 * self.block  # columns at which Ritz pairs are computed again
         can_grow = True
         while can_grow:
             self.grow()
             can_grow = self.applied < self.size <= most
-            if self.applied >= shown_next or not can_grow:
-                # an eighth more columns: an eigenproblem at each block would cost too much
-                shown_next = self.applied + max(2 * self.block, self.applied // 8)
+            if self.applied >= next_size or not can_grow:
+                next_size = self.applied + max(2 * self.block, self.applied // 8)
                 yield self._ritz_pairs()
 
     def _ritz_pairs(self) -> RitzPairs:
         """The eigenpairs of the operator's projection onto the subspace, the square part of H.
 
-        The rows of H below it are what the operator leads out of the subspace: the residuals.
+        The rows of H below it are the parts of operator V outside of the subspace, from which the
+        residuals follow.
         """
         H = np.zeros((self.size, self.applied), self._storage.dtype)
         end = 0
@@ -149,8 +150,10 @@ def rough_roots_near(
     seed: int = 0,
     single: bool = False,
 ) -> RoughRoots:
-    """Roots near a shift, roughly: shift + radius / theta of the largest eigenvalues theta of the
-    companion form (see the head of this module), by block Arnoldi with P(shift)^-1.
+    """Rough values of the roots near a shift, by block Arnoldi with P(shift)^-1.
+
+    They are shift + radius / theta of the largest eigenvalues theta of the companion form, see the
+    head of this module.
 
     Parameters
     ----------
@@ -186,11 +189,11 @@ def rough_roots_near(
     krylov = BlockArnoldi(companion, start, most + BLOCK_SIZE)
     for ritz in krylov.growing(most):
         sizes = np.maximum(np.abs(ritz.values), np.finfo(float).tiny)
-        is_good = ritz.residuals <= RITZ_RESIDUAL * sizes
+        is_converged = ritz.residuals <= RITZ_RESIDUAL * sizes
         # radius / |theta| is the distance of a root from the shift: up to the nearest one that has
         # not converged all roots are known
-        reach = float(np.min(radius / sizes[~is_good], initial=np.inf))
-        nearest = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
+        reach = float(np.min(radius / sizes[~is_converged], initial=np.inf))
+        nearest = np.flatnonzero(is_converged)[np.argsort(-sizes[is_converged])]
         all_theta: ComplexArray = ritz.values.astype(complex)
         theta = all_theta[nearest]
         values = used_shift + radius / theta
@@ -198,11 +201,10 @@ def rough_roots_near(
             break
     chosen = ritz.coordinates[:, nearest].astype(np.result_type(dtype, np.complex64))
     states = krylov.basis[:, : krylov.applied]
-    # x from the upper half theta x of a state or from its lower half x: the longer half has the
-    # smaller error
+    # a state holds theta x above x: x is taken from the longer half, which has the smaller error
     vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
     vectors /= np.linalg.norm(vectors, axis=0)
-    unconverged = used_shift + radius / all_theta[~is_good & (sizes > 1.0 / FARTHEST)]
+    unconverged = used_shift + radius / all_theta[~is_converged & (sizes > 1.0 / FARTHEST)]
     return RoughRoots(values, vectors, unconverged, reach, used_shift, factor)
 
 
@@ -212,9 +214,10 @@ def orthogonalise(
     """The directions that columns (n, m) add to an orthonormal basis (n, d), and coordinates.
 
     Returns orthonormal columns (n, k), k <= m, orthogonal to the basis too, and the coordinates
-    (d + k, m) of the given columns in [basis, new]: k leaves out directions that are rounding, and
-    those that add less than `dropped`. By Gram-Schmidt and a QR factorisation with pivoting:
-    singular values of nearly parallel columns, as of a defective root, may not converge.
+    (d + k, m) of the given columns in [basis, new]. Directions that are rounding, and those that
+    add less than `dropped`, are left out. By Gram-Schmidt and a QR factorisation with pivoting; a
+    singular value decomposition of nearly parallel columns, as of a defective root, may not
+    converge.
     """
     from scipy.linalg import qr
 
@@ -230,7 +233,8 @@ def orthogonalise(
     least = max(4 * np.finfo(columns.dtype).eps * size, dropped)
     rank = np.count_nonzero(lengths > least)
     new = new[:, :rank]
-    if np.any(lengths[:rank] < 1e-3 * size):  # a small remainder is orthogonal to fewer digits
+    # small remainders are orthogonal to the basis to fewer digits only
+    if np.any(lengths[:rank] < 1e-3 * size):
         new = new - basis @ (new.conj().T @ basis).conj().T
         new /= np.linalg.norm(new, axis=0)
     in_given_order = np.argsort(order)  # undoes the pivoting of the columns
@@ -245,9 +249,10 @@ class Modes:
     region: Region
     count: int | None  # None if the roots were not counted, or no count was reached
     roots: Roots = field(repr=False)  # the same in scaled coordinates
-    # what one shift showed, if it served the whole region and nothing was counted
+    # the rough roots, if those around one shift served the whole region and nothing was counted
     rough: RoughRoots | None = field(default=None, repr=False)
-    rough_values: Sequence[complex] = field(default=(), repr=False)  # also outside the region
+    # the rough values of all shifts, also outside of the region
+    rough_values: Sequence[complex] = field(default=(), repr=False)
 
     @property
     def certified(self) -> bool:
@@ -272,7 +277,7 @@ def corrected_roots(
     does not converge.
 
     The problem projected onto the basis gives roots and vectors. P^-1 times their residuals, with P
-    at one value near all of them, enlarges the basis, which gives better roots, and so on.
+    at one value near all of them, is added to the basis, which then gives better roots, and so on.
 
     Parameters
     ----------
@@ -286,9 +291,9 @@ def corrected_roots(
         Where.
     exact, accepted : float
         Corrections end when the backward error of each right vector is at most `exact`, and of each
-        left vector, which enters conditions and derivatives alone, at most `accepted`. Once a
-        correction has not halved the worst error, limits larger by the factor accepted / exact
-        serve: `accepted` for right vectors, accepted^2 / exact for left ones.
+        left vector, which only conditions and derivatives depend on, at most `accepted`. Once a
+        correction has not halved the worst error, limits that are accepted / exact times as large
+        suffice: `accepted` for right vectors, accepted^2 / exact for left ones.
     """
     if not basis.size:
         return Roots.none(problem.n)
@@ -304,15 +309,15 @@ def corrected_roots(
         roots = roots_at(M, C, K, values, stiffness).expanded(V)
         residuals = residuals_of(problem, roots)
         # errors over their limits
-        of_right = np.linalg.norm(residuals.right, axis=0) / exact
-        of_left = np.linalg.norm(residuals.left, axis=0) / accepted
-        worst = max(np.max(of_right, initial=0.0), np.max(of_left, initial=0.0))
+        right_ratios = np.linalg.norm(residuals.right, axis=0) / exact
+        left_ratios = np.linalg.norm(residuals.left, axis=0) / accepted
+        worst = max(np.max(right_ratios, initial=0.0), np.max(left_ratios, initial=0.0))
         is_halved = worst <= worst_before / 2
         if worst <= 1.0 or (not is_halved and worst <= accepted / exact):
             return roots
         worst_before = worst
         old = V
-        corrections = residuals.corrections(factor, of_right > 1.0, of_left > 1.0)
+        corrections = residuals.corrections(factor, right_ratios > 1.0, left_ratios > 1.0)
         # directions that make up less than 1e-4 of a correction are left to the next one
         V = enlarged(V, corrections, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
@@ -387,7 +392,8 @@ def modes_in(
     """All roots in a rectangle with right and left vectors, and the count that certifies them.
 
     The region is halved into parts until one Krylov subspace reaches all roots in and around each
-    part, and if possible a count. The count of the region is the sum of those of its parts.
+    part, and the roots of each are counted, if possible. The count of the region is the sum of
+    those of its parts.
 
     Parameters
     ----------
@@ -434,11 +440,11 @@ def _searched_parts(
 ) -> Iterator[_PartRoots]:
     """The parts into which a region is halved, each with its roots; together they are the region.
 
-    A part is halved if no subspace reaches all of its roots; unless it is small, also if its roots
-    were to be counted (`certify`) and are not. Raises ComputationError for a part that would become
-    too small, and after `MOST_PARTS` parts.
+    A part is halved if no subspace reaches all of its roots. Unless it is small, it is also halved
+    if its roots were to be counted (`certify`) and no count was reached. Raises ComputationError
+    for a part that would become too small, and after `MOST_PARTS` parts.
     """
-    listed = 0  # roots in the parts so far
+    root_count = 0  # roots in the parts so far
     pending = [region]
     for _ in range(MOST_PARTS):
         part = pending.pop()
@@ -454,12 +460,12 @@ def _searched_parts(
         if is_uncounted and part.radius > UNCOUNTED_PART * region.radius:
             pending += _halves(part)  # a count of a smaller part may succeed
             continue
-        listed += len(of_part.inside.values)
+        root_count += len(of_part.inside.values)
         yield of_part
         if not pending:
             return
     raise ComputationError(
-        f"the region holds too many roots: {listed} after {MOST_PARTS} parts; a "
+        f"the region holds too many roots: {root_count} after {MOST_PARTS} parts; a "
         "narrower band or region is required"
     )
 
@@ -492,16 +498,17 @@ def _roots_around(
     """The roots in and around a part of a region, with a count if `certify`; None if the part has
     to be halved.
 
-    A search is repeated in double precision from other random vectors, at most `MOST_ATTEMPTS`
-    times in all, if with `certify` its count differs from its roots or stays open, and without if
-    it has fewer roots than the rough ones show; the last result counts. The part has to be halved
-    if the subspace does not reach all roots around it, or if no corrections converge.
+    The search begins in single precision. It is repeated in double precision from other random
+    vectors, up to `MOST_ATTEMPTS` searches in all, if its roots may be incomplete: with `certify`
+    if the count differs or stays open, without if there are fewer roots than rough ones. The last
+    result is returned. The part has to be halved if the subspace does not reach all roots around
+    it, or if no corrections converge.
 
-    start (n, d): an orthonormal basis of vectors that are known; exact: the backward error of right
+    start (n, d): an orthonormal basis that nearly holds modes; exact: the backward error of right
     vectors with which corrections end.
     """
     shift = region.off_centre
-    # what is known up to a distance r from the shift is known up to r - offset from the centre
+    # roots known up to a distance r from the shift are known up to r - offset from the centre
     offset = abs(shift - region.centre)
     needed_reach = offset + COUNTED_REACH * region.radius
     basis = start
@@ -518,7 +525,7 @@ def _roots_around(
         reach = rough.reach - offset  # from the centre
         if reach < 1.02 * region.radius:  # roots in or at the corners of the part may be unknown
             if attempt == 0 and reach <= 0.3 * region.radius:
-                continue  # so little may be due to single precision: once more, in double
+                continue  # so short a reach may be due to single precision: once more, in double
             return None
         basis = enlarged(basis, rough.vectors, dropped=1e-6)
         disc = disc_around(region, rough.values, reach)
@@ -530,7 +537,7 @@ def _roots_around(
         count = _count_in_disc(problem, disc, roots, rough) if certify else None
         missing = None if count is None else count - len(roots.values)
         latest = _PartRoots(region, roots, missing, rough)
-        # one per cent inside: rough roots close to the border may lie on its other side
+        # not those within one per cent of the border, which may lie on its other side
         expected = np.sum(region.widened(-0.01).contains(rough.values))
         is_complete = missing == 0 if certify else expected <= len(roots.values)
         if is_complete:
@@ -543,15 +550,15 @@ def _count_in_disc(
 ) -> int | None:
     """How many roots lie in a disc by the argument principle; None if determinants leave it open.
 
-    `count_roots` divides det P by the factors z - v of known values v: of `roots`, in the disc, and
-    outside of it of rough roots, and of unconverged Ritz values that are distant. A value outside
+    `count_roots` divides det P by the factors z - v of some values v: the `roots` in the disc, and
+    outside of it rough roots and distant Ritz values that have not converged. A value outside
     changes no count, be it a root or not, since z - v makes no turn around zero. Distant Ritz
     values save determinants: they stand for the many roots beyond, whose factors in det P they
-    cancel roughly, so that eight determinants resolve the quotient in place of 16. Of 150,000
+    roughly cancel, so that eight determinants resolve the quotient in place of 16. Of 150,000
     random sets with a missing root, and a Ritz value right behind it, eight determinants took one
     for complete; without Ritz values five.
 
-    The factor of `rough` lends its memory, and solves nothing afterwards.
+    The factor of `rough` lends its memory, and cannot solve afterwards.
     """
     outside = rough.values[~disc.contains(rough.values)]
     known = np.concatenate([roots.values, outside])
@@ -560,7 +567,7 @@ def _count_in_disc(
         # conjugates in the disc are among the roots already
         conjugates = known.conj()[~disc.contains(known.conj())]
         distances = np.abs(conjugates[:, None] - outside).min(axis=1, initial=np.inf)
-        # a rough root so near to a conjugate is the same one, as those of a free motion's zeros
+        # a conjugate close to a rough root is that root, as near the zeros of a free motion
         known = np.append(known, conjugates[distances > SAME_ROOT * disc.radius])
         upper = ritz[ritz.imag > 0.0]
         ritz = np.append(upper, upper.conj())
@@ -575,31 +582,31 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
     body has two roots at zero, which count as two modes. The disc ends halfway to the next root, so
     that roots of equal |lambda| are in it together; a count certifies it.
 
-    One Krylov subspace around zero comes first. Where it does not reach far enough or no count
-    confirms its roots, all roots are computed if there are few rows; of more rows, if it does not
-    reach or misses roots, those in growing squares around zero. Raises ComputationError if there is
-    no root.
+    One Krylov subspace around zero comes first. If it does not reach far enough, or if no count
+    confirms its roots, all roots are computed if there are few rows (`DENSE_ROWS`). Of more rows
+    roots without a count are returned; if the subspace does not reach or the count differs, roots
+    are searched in growing squares around zero. Raises ComputationError if there is no root.
     """
     scale = _lowest_frequency_scale(problem)
-    # not zero, where P is singular if a rigid body is free; but small beside the lowest roots: a
+    # not zero, where P is singular if a rigid body is free, but small beside the lowest roots. A
     # disc around the shift with the radius `reach` holds one around zero with reach - shift
     shift = SHIFT_OF_LOWEST * scale
 
     def enough(values: ComplexArray, reach: float) -> bool:
-        """True if more than twice the requested roots, since conjugates come with them, lie well
-        within the reach: the disc of the count then ends far from unknown roots, which saves
-        determinants."""
+        """True if more than twice the requested modes (conjugates come with them) lie well within
+        the reach: the disc of the count then ends far from unknown roots, which saves determinants.
+        """
         well_within = (reach - shift) / REACH_OF_LOWEST
         return len(values[np.abs(values) < well_within]) > 2 * modes
 
     basis = np.zeros((problem.n, 0))
-    largest = scale  # |lambda| of the requested roots, as far as the subspaces show them
+    largest = scale  # |lambda| of the requested modes, as far as the subspaces reach
     for attempt in range(MOST_ATTEMPTS):
         rough = rough_roots_near(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, rough.vectors, dropped=1e-6)
         values = rough.values
         is_slow = np.abs(values) < shift
-        if np.any(is_slow):  # zeros of free motions are too rough to tell from slow modes
+        if np.any(is_slow):  # rough values do not tell zeros of free motions from slow modes
             slow = corrected_roots(problem, rough.factor, basis, Disc(shift))
             if slow is None:
                 continue
@@ -611,14 +618,15 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         if len(reached) < min(modes, problem.n):
             break  # the subspace does not reach all requested modes
         if np.isinf(reach) and len(rough.values) < 2 * problem.n:
-            break  # it is invariant, and shows a root of high multiplicity a few times only
+            break  # it is invariant, and holds a root of high multiplicity a few times only
         region = _disc_of_lowest(reached, modes, reach)
         roots = corrected_roots(problem, rough.factor, basis, region)
         if roots is None:
             continue
         count = _count_in_disc(problem, region, roots, rough) if certify else None
+        # without a count the roots are returned as they are, unless all can be computed
         is_open = count is None and (not certify or problem.n > DENSE_ROWS)
-        if is_open or count == len(roots.values):  # else the count shows missing or false roots
+        if is_open or count == len(roots.values):
             return Modes(eigenvalues_of(problem, roots), region, count, roots)
     if problem.n <= DENSE_ROWS:
         return _lowest_of_all(problem, modes, certify)
@@ -635,9 +643,11 @@ def _rigid_limit(problem: ScaledProblem) -> float:
 
 
 def _sizes_of_modes(problem: ScaledProblem, values: ComplexArray) -> Array:
-    """The |lambda|, rising, of roots that count as modes: of a pair the upper one, but both with
-    |lambda| = 0 if they may be the zeros of a rigid body. A real root counts although its error may
-    put it below the real axis."""
+    """The |lambda|, rising, of the roots that count as modes.
+
+    Of a pair the upper one counts; both count, with |lambda| = 0, if they may be the zeros of a
+    rigid body. A real root counts even if its error has put it below the real axis.
+    """
     sizes = np.abs(values)
     is_rigid = sizes <= _rigid_limit(problem)
     is_mode = (values.imag >= -RITZ_RESIDUAL * sizes) | is_rigid
@@ -661,10 +671,11 @@ def _lowest_frequency_scale(problem: ScaledProblem) -> float:
 
 
 def _disc_of_lowest(sizes: Array, modes: int, reach: float) -> Disc:
-    """The disc around zero that holds the lowest modes, from the sorted |lambda| (m,) of all modes
-    up to `reach`: it ends halfway to the next one, or to the reach if there is none.
+    """The disc around zero that holds the lowest modes.
 
-    An infinite reach says that there are no other modes. Raises ComputationError without any mode.
+    It ends halfway to the next mode, or to the reach if there is none. sizes: the |lambda| (m,) of
+    all modes up to `reach`, sorted; an infinite reach says that there are no others. Raises
+    ComputationError without any mode.
     """
     if not len(sizes):
         raise ComputationError("no root was found near zero; a band or region is required")
