@@ -1,7 +1,7 @@
 """Factorised sparse matrices: solutions, and the logarithm of the determinant.
 
-SuperLU comes with SciPy. Where solids have many rows PARDISO of MKL (extra `mkl`), if it is
-installed, takes a third of its time and half its memory.
+SuperLU comes with SciPy. For solids of many rows PARDISO of MKL (extra `mkl`), if it is installed,
+takes a third of its time and half its memory.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ from squeal.sparse.quadratic import ScaledProblem
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-PIVOT = 0.01  # a diagonal entry this large beside its column stays the pivot: far less fill
+PIVOT = (
+    0.01  # of the largest entry of a column: diagonal entries up from here stay pivots: less fill
+)
 PARDISO_ROWS = 4_000  # below, SuperLU is as fast
 
 
@@ -177,8 +179,8 @@ class _Pardiso(Factor):
         error = np.zeros(1, np.int32)
         arguments: tuple[NDArray | int, ...] = (
             self._memory,
-            1,  # number of factors that are held
-            1,  # number of the one that is meant
+            1,  # how many factors the memory holds
+            1,  # number of the factor of this call
             COMPLEX_UNSYMMETRIC if self.dtype.kind == "c" else REAL_UNSYMMETRIC,
             int(phase),
             self._n,
@@ -203,7 +205,7 @@ class _Pardiso(Factor):
     def _solve_own_type(self, right: NDArray, transposed: bool) -> NDArray:
         if not right.size:
             return right
-        # PARDISO has the transpose of A: to solve with A it is told to transpose
+        # PARDISO has the transpose of A: to solve with A it has to transpose
         self._control[_Control.TRANSPOSED] = 0 if transposed else TRANSPOSE
         return self._call(_Phase.SOLVE, right)
 
@@ -213,8 +215,8 @@ class _Pardiso(Factor):
         arguments: tuple[NDArray | int, ...] = (
             self._memory,
             pivots,  # receives them
-            diagonal,  # receives the diagonal of the matrix, which nobody needs
-            1,  # number of the factor that is meant
+            diagonal,  # receives the diagonal of the matrix, which is not read
+            1,  # number of the factor of this call
             np.zeros(1, np.int32),  # receives an error code, which is not read
         )
         self._library.pardiso_getdiag(*map(_pointer, arguments))

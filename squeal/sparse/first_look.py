@@ -1,4 +1,4 @@
-"""A first look at the roots of a region over parameters: real modes, and how far each root is off.
+"""Estimates of the roots of a region over parameters, from real modes, and the error of each root.
 
 The basis V holds real modes of a structure without friction, up to a multiple of the region's
 highest frequency, and what friction, contact and damping add to them: F^-1 R and F^-1 S, with the
@@ -129,7 +129,8 @@ class Structure:
         return {name: value for name, value in vars(self).items() if name != "factor"}
 
     def modes(self, highest: float) -> NDArray:
-        """Real modes as columns (n, m): all up to the frequency `highest` (rad/s), at least one.
+        """Real modes as columns (n, m): all up to the frequency `highest` (rad/s); if there is none
+        the nearest one.
 
         By shift-and-invert block Arnoldi: the eigenvalues of F^-1 M are theta = 1 / (w^2 - shift),
         the largest ones those of the modes nearest to the shift.
@@ -141,10 +142,10 @@ class Structure:
             theta = np.abs(ritz.values)
             closeness = reach * theta  # reach / |w^2 - shift|: >= 1 up to the highest frequency
             is_wanted = closeness >= min(1.0, closeness.max())  # the nearest mode in any case
-            is_good = ritz.residuals <= MODE_RESIDUAL * theta
-            # that the subspace shows a mode beyond the highest frequency shows that it misses none
-            # below
-            if not is_wanted.all() and is_good[is_wanted].all():
+            is_converged = ritz.residuals <= MODE_RESIDUAL * theta
+            # the nearest modes appear first: once there is one beyond the highest frequency, none
+            # below it is missing
+            if not is_wanted.all() and is_converged[is_wanted].all():
                 break
         return krylov.basis[:, : krylov.applied] @ ritz.coordinates[:, is_wanted]
 
@@ -235,8 +236,8 @@ class FirstLook(Reduction):
         """The factors of the terms of M and K without friction: where they agree the structure is
         the same."""
         system = self.scaled.system
-        p = frictionless(system, changes)
-        return tuple(term.factor.value(p) for term in system.M + system.K)
+        parameters = frictionless(system, changes)
+        return tuple(term.factor.value(parameters) for term in system.M + system.K)
 
     def _nearest_structure(self, changes: Parameters) -> int:
         """Index of the structure whose factors differ least from those at some parameters."""
@@ -259,8 +260,8 @@ class FirstLook(Reduction):
         if len(self.structures) == 1:  # the sample with the largest error stands for all
             tested = (self.samples[int(np.argmax(shares))],)
         self.contraction = max(self._contraction(changes) for changes in tested)
-        # few modes save time if values outnumber the samples, and with damping alone: without C the
-        # projected problem is one of w^2, of half the size
+        # few modes save time only if there are more values than samples, and only with damping:
+        # without C the projected problem is one of w^2, of half the size
         if self.is_complete and len(self.trained) > len(self.samples) and self.system.C:
             basis = ReducedBasis(self.system, self._residual_sketch(), self.region)
             basis.train(self.trained, self._modes_at)
@@ -268,8 +269,10 @@ class FirstLook(Reduction):
         return self
 
     def _add_corrections(self) -> list[float]:
-        """The largest error of a root at each sample, as a share of |lambda|; the basis is then
-        enlarged by what corrects the modes there. Also sets `worst_residual`."""
+        """Enlarge the basis by corrections of the modes at the samples, and set `worst_residual`.
+
+        Returns the largest error of a root at each sample before that, as a share of |lambda|.
+        """
         shares = []
         residuals = []
         corrections = []
@@ -295,8 +298,8 @@ class FirstLook(Reduction):
         With the terms A of P, each with its weight w (factor times power of lambda), and reduced
         vectors x and y, the residuals are R = sum of w A V x and S = sum of conj(w) A^H V y. Their
         products with random vectors are right' R = sum of w ((A' right)' V) x and
-        left' conj(S) = sum of w ((A left)' V) conj(y): the arrays (terms, SKETCH, d) hold what
-        stands between w and the vectors. A' is the transpose.
+        left' conj(S) = sum of w ((A left)' V) conj(y): the arrays (terms, SKETCH, d) hold the
+        factors between w and the vectors. A' is the transpose.
         """
         V = self.vectors
         probes = []
@@ -383,8 +386,11 @@ class FirstLook(Reduction):
         return self.reduced_basis or self
 
     def misses_none(self, changes: Parameters, growing: int) -> bool:
-        """True if a count on the full problem finds as many roots in a disc around the region as
-        the projected problem has there, of which `growing`, as expected, grow in the region."""
+        """True if a count on the full problem confirms the roots of the projected one.
+
+        It must find as many roots in a disc around the region as the projected problem has there.
+        Of these `growing`, the number that the caller expects, must grow in the region.
+        """
         values = self._projected_values(changes)
         known = values[np.abs(values) <= self.reach]
         disc = disc_around(self.region, known, self.reach)
@@ -415,9 +421,11 @@ class FirstLook(Reduction):
         return dense_values(*self.system.at(changes), self._stiffness_norm(changes))
 
     def _roots_with_errors(self, changes: Parameters, values: ComplexArray) -> _ProjectedRoots:
-        """Roots of the projected problem next to the given values, with their errors and with
-        corrections of their vectors in the full problem; the head of this module derives both from
-        the residuals R = P x and S = P^H y."""
+        """Roots of the projected problem next to some values (m,), with their errors.
+
+        They come with corrections of their vectors in the full problem. The head of this module
+        derives both from the residuals R = P x and S = P^H y.
+        """
         roots = self.roots(changes, values)
         problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
@@ -447,8 +455,8 @@ class FirstLook(Reduction):
         )
 
     def _contraction(self, changes: Parameters) -> float:
-        """q: by what factor T contracts the directions outside of the basis at the parameters, the
-        larger of two corners of the region."""
+        """q: the factor by which T contracts the directions outside of the basis at the parameters;
+        the larger of those at two corners of the region."""
         k = self._nearest_structure(changes)
         structure = self.structures[k]
         factor = structure.factor  # first: it may move the shift, and F with it
@@ -465,9 +473,9 @@ class FirstLook(Reduction):
 
         Roots of the projected problem are estimated, with errors. Doubtful ones are then solved in
         the full problem: where the error leaves open the sign of the growth rate or on which side
-        of the border the root lies, or where the residual is that of no root of the full problem.
-        All roots of the region are solved if the basis may miss one, or if the error of one is
-        coarse.
+        of the border the root lies, or where the residual is too large for a root of the full
+        problem. All roots of the region are solved if the basis may miss one, or if the error of
+        one is coarse.
         """
         problem = self.scaled.at(changes)
         all_values = self._projected_values(changes)
@@ -516,7 +524,8 @@ class FirstLook(Reduction):
         is_kept = ~part.contains(estimated.values)
         inside = [e for e in solved if self.region.contains(np.array(e.value))]
         solved_roots = Roots(*arrays_of(inside, self.scaled.n))
-        kept = estimated.projected.select(~part.contains(estimated.projected.values))
+        projected = estimated.projected
+        kept = projected.select(~part.contains(projected.values))
         replaced = int(np.sum(~is_kept))
         return estimated._replace(
             values=np.append(estimated.values[is_kept], solved_roots.values),

@@ -30,9 +30,9 @@ Bools = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 LEAST_BACKWARD_ERROR = 8 * EPS  # backward error that a computed root has at least
 LOST = 0.1
-"""A fast root that rounding moves by this share of its size may be one at infinity."""
+"""A fast root that rounding moves by more than this share of its size may be one at infinity."""
 MIXED = 0.1
-"""Roots that rounding moves by this share of their distance may be parts of one multiple root."""
+"""Roots that rounding moves by more than this share of their distance may be one multiple root."""
 ALONE = 1e-3
 """A root without another one within this share of its size is not a multiple one."""
 
@@ -190,10 +190,10 @@ def _diagonal_scale(system: System, matrices: list[list[csc_array]]) -> Array:
     mass, damping, stiffness = _diagonal_sizes(system, matrices)
     # C with zero on its diagonal couples rows that may be in other units, as gyroscopic terms do:
     # such a row is scaled by its mass and stiffness, if it has any
-    own_damping = sum(abs(A.diagonal()) for A in matrices[1])
-    damping = np.where((mass + stiffness > 0) & (own_damping == 0), 0.0, damping)
-    squares = stiffness / np.where(mass > 0, mass, np.inf)  # of the frequency of each row alone
-    # the (lower) median, since a mass that is rounding makes some of them huge
+    on_diagonal = sum(abs(A.diagonal()) for A in matrices[1])
+    damping = np.where((mass + stiffness > 0) & (on_diagonal == 0), 0.0, damping)
+    squares = stiffness / np.where(mass > 0, mass, np.inf)  # frequency^2 of each row by itself
+    # their (lower) median, since a mass that is rounding makes some of them huge
     squares = np.sort(squares[squares > 0])
     if len(squares):
         square = float(squares[(len(squares) - 1) // 2])
@@ -210,8 +210,8 @@ def _diagonal_scale(system: System, matrices: list[list[csc_array]]) -> Array:
 def _diagonal_sizes(system: System, matrices: list[list[csc_array]]) -> Array:
     """The sizes (3, n) of the diagonals of M, C and K at the system's own parameters.
 
-    They are summed over the terms. Where that of a term is zero the largest entry of its column
-    serves.
+    They are summed over the terms. Where an entry of a term's diagonal is zero, the largest entry
+    of its column takes its place.
     """
     diagonals = np.zeros((3, system.n))
     for sizes, terms, matrices_of_part in zip(diagonals, system.parts, matrices, strict=True):
@@ -286,7 +286,7 @@ def eigenvalues_of(problem: ScaledProblem, roots: Roots) -> tuple[Eigenvalue, ..
     residuals = problem.backward_errors(roots.values, roots.right)
     conditions = _conditions(problem, roots)
     rounding = _rounding(problem, roots, residuals, conditions)
-    # rounding of its whole size leaves open whether an infinite root grows
+    # a rounding as large as the root says that it is open whether an infinite root grows
     rounding = np.where(_may_be_infinite(problem, roots), np.abs(roots.values), rounding)
     right = _in_unscaled_coordinates(problem, roots.right)
     left = _in_unscaled_coordinates(problem, roots.left)
@@ -338,7 +338,7 @@ def _may_be_infinite(problem: ScaledProblem, roots: Roots) -> Bools:
     np.fill_diagonal(distances, np.inf)
     is_alone = distances.min(axis=1, initial=np.inf) > ALONE * sizes
     is_fast = sizes > problem.frequency_scale
-    # a root moves by dz where y^H P'(z) x dz is what y^H P x is off: by the remainder P x, and by
+    # a root moves by dz where y^H P'(z) x dz is the error of y^H P x: by the remainder P x, and by
     # rounding of each entry
     remainders = np.abs(problem.apply(values, roots.right))
     shapes = np.abs(roots.right)
@@ -352,19 +352,19 @@ def _rounding(problem: ScaledProblem, roots: Roots, residuals: Array, conditions
     """How far rounding may move each root (rad/s); exact zeros by nothing.
 
     A simple root of P moves by error * condition * |lambda|. `root_rounding` is made for the
-    eigenvalues of a matrix, of which a simple one moves by error * c * norm: here it gets a scale
-    (rad/s) of each root for the norm, and c = condition * |lambda| / scale. By the scale it decides
-    how close roots move together: distances below error * scale count as that, and no root moves
-    further than 2 scale error^(1 / rows).
+    eigenvalues of a matrix, of which a simple one moves by error * c * norm. Here it gets a scale
+    (rad/s) of each root in place of the norm, and c = condition * |lambda| / scale. The scale also
+    limits what it does for close roots: distances below error * scale count as error * scale, and
+    no root moves further than 2 scale error^(1 / rows).
     """
     values = roots.values
     sizes = np.abs(values)
     errors = np.maximum(residuals, LEAST_BACKWARD_ERROR)
     scales = _scales(problem, sizes, errors)
     with np.errstate(invalid="ignore"):  # K = 0: the root is 0
-        # c of the docstring; greater conditions are those of defective roots and say no more
+        # c of the docstring; conditions beyond 1 / EPS are those of defective roots, all alike
         scaled_conditions = np.minimum(conditions, 1 / EPS) * sizes / scales
-    # a root may meet its conjugate, also where that is not listed: it is added for the call
+    # a root may meet its conjugate, which is added for the call if it is not listed
     is_unpaired = problem.is_real & (values.imag != 0) & ~np.isin(values.conj(), values)
     all_values = np.append(values, values[is_unpaired].conj())
     indices = np.append(np.arange(len(values)), np.flatnonzero(is_unpaired))
@@ -384,8 +384,8 @@ def _scales(problem: ScaledProblem, sizes: Array, errors: Array) -> Array:
     """The scale (m,) of each root, rad/s, in place of the norm of a matrix, see `_rounding`.
 
     sizes: |lambda|; errors: relative ones of M, C and K. Rounding of K moves lambda^2 by
-    error omega_K^2 (omega_K, the problem's frequency scale), and so a root far below omega_K by
-    more than a share of its own size. With z = max(|lambda|, sqrt(error) omega_K) the scale is the
+    error omega_K^2, with the problem's frequency scale omega_K, which is much for a root far below
+    omega_K. With z = max(|lambda|, sqrt(error) omega_K) the scale is the
     largest of
 
     - |lambda|;
@@ -405,7 +405,7 @@ def _scales(problem: ScaledProblem, sizes: Array, errors: Array) -> Array:
 
 
 def _moves_alone(problem: ScaledProblem, right: ComplexArray) -> Bools:
-    """True for roots (m,) of Hermitian M and K that are no part of a defective one, by the right
+    """True for roots (m,) of Hermitian M and K that belong to no defective root, by the right
     vectors x (n, m).
 
     Without damping x is a left vector too, and a defective root has x^H M x = 0. Roots of vectors
@@ -419,13 +419,14 @@ def _moves_alone(problem: ScaledProblem, right: ComplexArray) -> Bools:
 
 
 def _rounding_in_groups(values: ComplexArray, rounding: Array, reach: Array) -> Array:
-    """The rounding (m,) of roots (m,), in groups at least the distance to the mean of the group.
+    """The rounding (m,) of roots (m,), raised to the distance of each from the mean of its group.
 
     Rounding splits a defective root into m roots at a distance r around it, but moves their mean by
     little. By its condition, r^(1 - m), each of the m roots seems to be known to r / m or better:
-    so well that its real part, up to r, would pass for growth. Roots are in one group if each is
-    moved by more than a share `MIXED` of their distance; of six roots around one it is 1/9. The
-    `reach` (m,) is how far each is moved, and 0 for one that is no part of a defective root.
+    so well that its real part, up to r, would pass for growth. Roots are in one group if rounding
+    moves each by more than a share `MIXED` of their distance (of six roots around a defective one
+    this share is 1/9). `reach` (m,): how far rounding moves each, 0 for one that belongs to no
+    defective root.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components

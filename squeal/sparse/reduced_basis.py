@@ -36,12 +36,12 @@ INCONSISTENT = 0.3  # of the region's radius times x: where velocities differ so
 COARSE_ERROR = 1e-3  # of |lambda|: greater errors are corrected; roots that decay faster are stable
 FINE_ERROR = 1e-5  # of |lambda|: errors with which training ends
 FINE_GROWTH_ERROR = 0.1  # ... or of the growth rate
-ADDED_SHARE = 0.05  # of the largest error: modes of greater ones are added
+ADDED_SHARE = 0.05  # of the largest error: the modes of roots with greater errors are added
 ESTIMATED_MARGIN = 0.05  # of the region's size: roots that close to it are estimated too
 TRAINED_MARGIN = 0.1  # ... and modes that close to it are among those that are added
 UNCERTAINTY = 2.0
-"""Of the product of two estimated norms: what is added to an estimated product. Norms and product
-come from the same SKETCH vectors. Of parallel residuals they are all too small by the same share,
+"""Of the product of two estimated norms: the share that is added to an estimated product. Norms and
+product come from the same SKETCH vectors. Of parallel residuals all are too small by one share,
 chi-squared of SKETCH degrees over SKETCH, which is below 1 / (1 + 2) once in a million times."""
 
 
@@ -53,8 +53,11 @@ class ErrorBounds(NamedTuple):
 
 
 class TruncationTerm(NamedTuple):
-    """What the directions outside of a projection, eliminated from P (a Schur complement), take
-    from y_i^H P x_j: S^H P^-1 R of the residuals R = P x and S = P^H y."""
+    """What the directions outside of a projection subtract from y_i^H P x_j.
+
+    Eliminated from P (a Schur complement), they subtract S^H P^-1 R of the residuals R = P x and
+    S = P^H y.
+    """
 
     value: ComplexArray  # (m, m), with a structure's F^-1 in place of P^-1
     uncertainty: Array  # (m, m), how far an entry may be off
@@ -94,8 +97,8 @@ def root_error_bounds(
         np.divide(2 * products, gaps, out=if_apart, where=gaps > 0)
         errors = np.diag(D) + np.minimum(np.sqrt(products), if_apart).sum(axis=1)
     np.fill_diagonal(gaps, np.inf)
-    # a root of an undamped problem leaves the axis together with another one that it has met; both
-    # come nearer by their errors, taken as equal
+    # a root of an undamped problem leaves the axis only where it meets another one; each may move
+    # by its error, and both errors are taken as equal
     is_alone = 2 * errors < gaps.min(axis=1, initial=np.inf)
     return ErrorBounds(
         np.nan_to_num(errors, nan=np.inf, posinf=np.inf), (values.real == 0.0) & is_alone
@@ -150,7 +153,7 @@ class ResidualSketch:
     def truncation(
         self, changes: Parameters, right: ComplexArray, left: ComplexArray, weights: NDArray
     ) -> TruncationTerm:
-        """What the directions outside of the projection take from y_i^H P x_j of modes x, y.
+        """What the directions outside of the projection subtract from y_i^H P x_j of modes x, y.
 
         right, left: the modes (k, m); weights: see `term_weights`.
         """
@@ -215,12 +218,13 @@ class ReducedBasis:
         points: Sequence[Parameters],
         modes_at: Callable[[Parameters, ComplexArray | None], Roots],
     ) -> None:
-        """Add modes until all errors at the points are allowed ones, or no further state comes in.
+        """Add modes until all errors at the points are allowed ones, or no further state is added.
 
-        First all modes at the middle, the first and the last point. Then, again and again, at the
-        point of the largest error (as a multiple of the allowed one) the modes next to roots whose
-        errors are more than `ADDED_SHARE` of it. Errors above the allowed ones remain where the
-        projection has no modes next to such roots, or where the basis has their states already.
+        First all modes at the middle, the first and the last point are added. Then, again and
+        again, the point with the largest error (as a multiple of the allowed one) adds the modes
+        next to roots whose errors are more than `ADDED_SHARE` of it. Larger errors than allowed
+        remain where the projection has no modes next to such roots, or where the basis has their
+        states already.
 
         Parameters
         ----------
@@ -252,7 +256,8 @@ class ReducedBasis:
         With the singular values s of the pencil of all modes at the shift and at the parameters
         `middle`, U s V^H, the left states are combined by U / sqrt(s) and the right ones by
         V / sqrt(s): there the pencil becomes the unit matrix. Small s are left out, as in a Loewner
-        realisation. False, and the states stay as they were, if no more of them are large.
+        realisation. Returns False, with the states as they were, if no more s than before are
+        large.
         """
         self.modes = self.modes.joined(modes)
         products = projected(self.projection, self.modes.left, self.modes.right)
@@ -271,7 +276,7 @@ class ReducedBasis:
         # of each state: displacements combine the modes x, velocities combine z x
         self.velocities = (self.modes.right * z) @ right
         self.system = projected(pencil, left, right)
-        # for y^H P x of vectors in the projection, see `estimate`
+        # for y^H P x of vectors in the projection, which `estimate` computes
         self._products = np.array([left.conj().T @ term.matrix @ right for term in products.terms])
         self._mode_residuals = self.residuals.of_modes(self.left, self.right)
         return True
@@ -322,9 +327,9 @@ class ReducedBasis:
         """Roots in and around the region, with estimated errors and residuals in the full problem.
 
         To first order the error of a root follows from y^H P x of its modes in the full problem,
-        less what the directions outside of the projection take from it, see `TruncationTerm`: the
-        difference vanishes for an exact root. y^H P x is computed from vectors in the projection,
-        the other term estimated.
+        less what the directions outside of the projection subtract, see `TruncationTerm`: the
+        difference vanishes for an exact root. y^H P x is computed in the projection, the other term
+        is estimated by random vectors.
         """
         _, B, A = self.system.at(changes)
         roots = self._roots_in(self.estimated_region, B, A)

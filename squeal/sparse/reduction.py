@@ -112,14 +112,14 @@ class _FactorisedSample(NamedTuple):
 
 
 class Reduction:
-    """A growing basis, the system that it reduces to, and how far its roots in a region are from
-    satisfying the full one.
+    """A growing basis, the full system projected onto it, and residuals of roots in a region.
 
     `vectors` (n, d) are orthonormal, `system` is dense (d, d) with the parameters of the full one;
     both grow with each `sample`. `reduce_system` sets three attributes at its end, which are empty,
     infinite and 0 until then: `samples` are the values of parameters at which the full problem was
     solved; `worst_residual` is the largest backward error in the full problem of a root that is not
-    spurious, over all values; `spurious` counts roots of the reduced system alone at the samples.
+    spurious, over all values; `spurious` is the number of roots at the samples that only the
+    reduced system has.
     """
 
     system: System
@@ -169,9 +169,9 @@ class Reduction:
         """Add the modes of the full problem in a region at the parameters, some of them changed.
 
         If they are to be counted (`certify`), they are computed by Krylov subspaces. Otherwise the
-        modes that the basis has are corrected, see `_corrected`, and Krylov subspaces serve where
-        that is not possible. The first of them that reaches the whole region leaves the factor with
-        which later samples are corrected.
+        modes that the basis has are corrected, see `_corrected`; where that is not possible they
+        are computed by Krylov subspaces, too. The first of these that reaches the whole region
+        leaves the factor with which later samples are corrected.
         """
         problem = self.scaled.at(changes)
         roots = modes_in(problem, region).roots if certify else self._corrected(problem, region)
@@ -183,9 +183,9 @@ class Reduction:
             )
             roots = modes.roots
             # `rough` are the roots around one shift, with P factorised there; None where the
-            # region was halved, so that no one shift serves it. Their vectors, too, go into the
-            # basis: outside of them 1 - F^-1 P contracts for F = P at these parameters and P at
-            # others, see `Complement`, so that later samples can use the factor
+            # region was halved, so that no single shift serves it. Their vectors, too, are added to
+            # the basis: outside of them 1 - F^-1 P contracts for F, which is P at these parameters,
+            # and P at others, see `Complement`, so that later samples can use the factor
             if self._factorised is None and modes.rough is not None and len(roots.values):
                 rough = modes.rough
                 self._factorised = _FactorisedSample(changes, rough.shift, rough.factor)
@@ -193,10 +193,10 @@ class Reduction:
         self.extend(np.hstack([roots.right, roots.left]))
 
     def _corrected(self, problem: ScaledProblem, region: Rectangle) -> Roots | None:
-        """Roots in a region, those of the basis, corrected by the factor that a sample has kept.
+        """The roots of the reduced system in a region, corrected by the factor of a sample.
 
-        None without a factor, where the basis may miss a root of the reduction's own region (the
-        contraction decides), and where corrections do not converge or lead to no root.
+        None if no sample has left a factor, if the basis may miss a root of `self.region` (which
+        the contraction tells), or if corrections do not converge or lead to no root.
         """
         if self._factorised is None:
             return None
@@ -205,7 +205,7 @@ class Reduction:
         projected_P = shift * shift * M + K
         if C is not None:
             projected_P = projected_P + shift * C
-        complement = Complement(  # F is P at the kept sample
+        complement = Complement(  # F is P at that sample
             basis=self.vectors,
             projected=projected_P,
             matrix=self.scaled.at(changes).at(shift),
@@ -259,11 +259,11 @@ class Reduction:
 
     @property
     def converged(self) -> bool:
-        """True if all roots at all values meet the full problem to the tolerance."""
+        """True if all roots at all values satisfy the full problem to the tolerance."""
         return self.worst_residual <= RESIDUAL_TOLERANCE
 
     def replaced(self, changes: Parameters) -> Reduction:
-        """The same basis of the system that has other values of some parameters for its own."""
+        """The same basis, for the system with other values of some of its own parameters."""
         other = copy(self)
         other.scaled = copy(self.scaled)
         other.scaled.system = self.scaled.system.replace(changes)
@@ -272,15 +272,15 @@ class Reduction:
 
     def _stiffness_norm(self, changes: Parameters) -> float:
         """A bound of the norm of the full K, whose rounding the reduced K carries too."""
-        p = self.system.values(changes)
-        factors = [abs(term.factor.value(p)) for term in self.system.K]
+        parameters = self.system.values(changes)
+        factors = [abs(term.factor.value(parameters)) for term in self.system.K]
         norms = self._norms[-len(factors) :]  # those of the terms of K are the last ones
         return float(np.dot(factors, norms))
 
     def roots(self, changes: Parameters, values: ComplexArray | None = None) -> Roots:
         """Roots of the reduced system at the parameters, some of them changed.
 
-        All in the region, spurious ones among them, or the roots with known `values` (m,).
+        All in the region, spurious ones among them, or the roots of some `values` (m,).
         """
         M, C, K = self.system.at(changes)
         stiffness = self._stiffness_norm(changes)
@@ -355,10 +355,11 @@ def reduce_system(
     sampled: list[int] = []  # indices of the values whose full modes the basis holds
     counted: set[int] = set()  # those at which the roots of the full problem were counted
 
-    def sample(k: int, where: Rectangle, certify: bool = False) -> None:
+    def sample(k: int, part: Rectangle, certify: bool = False) -> None:
+        """Add the modes in a part of the plane at the value of index k."""
         texts = [f"{name} = {value:.6g}" for name, value in values[k].items()]
         report_progress(f"sample {len(sampled) + 1} at {', '.join(texts) or 'the parameters'}")
-        reduction.sample(values[k], where, certify)
+        reduction.sample(values[k], part, certify)
         if k not in sampled:
             sampled.append(k)
         if certify:
@@ -375,7 +376,7 @@ def reduce_system(
         if undecided:
             sample(undecided[0], region, certify=True)  # in which the undecided roots lie
             continue
-        for k in sampled:
+        for k in sampled:  # without the spurious roots
             residuals[k] = residuals[k][residuals[k] <= SPURIOUS_RESIDUAL]
         worst = np.array([np.max(of_value, initial=0.0) for of_value in residuals])
         unsolved = worst.copy()

@@ -1,12 +1,13 @@
 """Where K becomes singular along a parameter: a real root passes zero, a static loss of stability.
 
 Such a root may come from far above a band and leave it again between two values of the parameter,
-so that no spectrum shows it. Signs of det K at the ends of a part of the range show an odd number
-of roots that pass in it. That none passes is shown by 1 - K(middle)^-1 K, which contracts.
+so that no spectrum shows it. If det K has different signs at the ends of a part of the range, an
+odd number of roots pass zero in it. If 1 - K(middle)^-1 K contracts, none does.
 
-Free motions X, with K X = 0 at all parameters, hide what else passes zero. With them K is bordered
-by M X: where C X lies in the span of M X, [[K, M X], [(M X)', 0]] is singular where another root is
-zero. Vectors of this root are known up to free motions alone, so that it is told, not located.
+Free motions X, with K X = 0 at all parameters, hide other roots that pass zero. Then K is bordered
+by M X: if C X lies in the span of M X, [[K, M X], [(M X)', 0]] is singular where another root is
+zero. The vectors of that root are known only up to free motions, so that it is reported without
+being located.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 
 SHORTEST_PART = 2.0**-10  # of the range: shorter parts are not halved
 MOST_PARTS = 200  # that are examined at most
-NEAR_ZERO = 1e-6  # of the frequency scale: far below the lowest roots but zeros
+NEAR_ZERO = 1e-6  # of the frequency scale: far below the lowest roots that are not zero
 MOST_FREE = 12  # free motions, of two bodies
 LARGEST_CONTRACTION = 0.4  # below 1, since few powers of T may underestimate its contraction
 DROPPED_PART = 1e-12  # of null vectors: what they add less is left out
@@ -45,30 +46,35 @@ def singular_stiffness(
 ) -> tuple[list[CrossingGuess], list[str]]:
     """Where K of real matrices becomes singular over the free parameter: a real root passes zero.
 
-    K is regular in a part of the range in which 1 - K(middle)^-1 K contracts (Neumann series). In
-    another part a singular K is searched if det K changes its sign or the part is too short to be
-    halved, and cut out of it with a narrow edge on either side. Without a singular K the part is
-    halved, as far as the constants allow. Next to a K that was cut out K is nearly singular: there
-    the contraction is judged apart from its null vectors, and K is regular if no sign changes.
+    The range is divided into parts.
+
+    - If 1 - K(middle)^-1 K contracts in a part (Neumann series), K is regular there.
+    - Else, if det K changes its sign or the part is too short to be halved, a value with a singular
+      K is searched in it. It is cut out with a narrow edge on either side, which leaves two parts.
+    - If there is none, or det K keeps its sign, the part is halved, as far as the constants allow.
+
+    Next to a value that was cut out K is nearly singular: there the contraction is judged apart
+    from the null vectors at that value, and K is regular if, besides, det K keeps its sign.
 
     Parameters
     ----------
     scaled : ScaledSystem
         The full system, real.
     values : sequence of float
-        Of the parameter, rising: the ends of the range, and others at which a K that is not linear
-        in the parameter is looked at too.
+        Of the parameter, rising: the ends of the range, and others at which the contraction is
+        computed too if K is not linear in the parameter.
 
     Returns
     -------
     crossings : list of CrossingGuess
         With omega 0, in no order.
     unclear : list of str
-        A sentence for each change of sign that was not located, for each singular K beside free
-        motions, of which no crossing is given, and for free motions beside which none is searched.
+        A sentence for each change of sign without a located crossing, for each singular K of a
+        system with free motions, of which no crossing is given, and for free motions that prevent
+        the search.
     """
     stiffness = _SweptStiffness(scaled, values)
-    if not stiffness.is_bordered_rightly:
+    if not stiffness.is_border_valid:
         return [], ["beside so many free motions, or so damped ones, no static loss is looked for"]
     span = values[-1] - values[0]
     edge = 1e-6 * span  # what is cut out on either side of a singular K
@@ -77,22 +83,22 @@ def singular_stiffness(
     parts = [(values[0], values[-1])]
     for a, b in parts:  # the list grows in the loop
         close_crossings = []  # crossings next to an end of the part, where K is nearly singular
-        for known in crossings:
-            if min(abs(known.value - a), abs(known.value - b)) <= 2 * edge:
-                close_crossings.append(known)
+        for other in crossings:
+            if min(abs(other.value - a), abs(other.value - b)) <= 2 * edge:
+                close_crossings.append(other)
         contracts = stiffness.contracts(a, b, close_crossings)
         if contracts and not close_crossings:  # K is regular: no sign can have changed
             continue
         sign_changes = stiffness.sign(a) * stiffness.sign(b) < 0.0
         if contracts and not sign_changes:  # regular, but for the crossings cut out already
             continue
-        # where a sign changes a root does pass zero, and is searched down to the width of a cut
+        # if the sign changes a root does pass zero, and is searched down to the width of a cut
         shortest = edge if sign_changes else SHORTEST_PART * span
         is_last = b - a <= shortest or len(parts) >= MOST_PARTS  # the part is not halved
         crossing = None
-        if sign_changes or is_last:  # else halving is cheaper than a search that may be in vain
+        if sign_changes or is_last:  # else the search may be in vain, and halving is cheaper
             crossing = singular_between(stiffness, a, b, edge)
-        if crossing and all(abs(crossing.value - known.value) > edge for known in crossings):
+        if crossing and all(abs(crossing.value - other.value) > edge for other in crossings):
             crossings.append(crossing)
             if a < crossing.value - edge:
                 parts.append((a, crossing.value - edge))
@@ -127,11 +133,11 @@ class _SweptStiffness:
             slopes.add(tuple(term.factor.slope(p, self.name) for term in scaled.system.K))
         # K that is linear in the parameter differs most from that of the middle at the ends
         self._inner_values = values if len(slopes) > 1 else ()
-        self.border, self.is_bordered_rightly = self._inertia_of_free_motions(values)
+        self.border, self.is_border_valid = self._inertia_of_free_motions(values)
 
     def _inertia_of_free_motions(self, values: Sequence[float]) -> tuple[Array, bool]:
-        """M X (n, k) of the motions that K holds at no value of the parameter, in size as K; and
-        whether these are all, and C X lies in the span of M X."""
+        """M X (n, k) of the free motions X, scaled to the size of K, and whether this border is
+        valid: X are all free motions, and C X lies in the span of M X at all values."""
         problems = [self.scaled.at({self.name: value}) for value in values]
         problem = problems[0]
         damping_size = max(at_value.norms[1] for at_value in problems)
@@ -148,12 +154,13 @@ class _SweptStiffness:
         free = vectors @ coordinates[sizes <= STIFFNESS_ROUNDING * stiffness_size].T
         inertia = problem.M @ free
         directions, _ = np.linalg.qr(inertia)
-        is_right = free.shape[1] < min(MOST_FREE, problem.n)
+        # as many as were searched: there may be more
+        is_valid = free.shape[1] < min(MOST_FREE, problem.n)
         for at_value in problems:
             damping = at_value.C @ free
             others = damping - directions @ (directions.T @ damping)
-            is_right &= bool(np.all(np.abs(others) <= STIFFNESS_ROUNDING * damping_size))
-        return problem.frequency_scale**2 * inertia, is_right
+            is_valid &= bool(np.all(np.abs(others) <= STIFFNESS_ROUNDING * damping_size))
+        return problem.frequency_scale**2 * inertia, is_valid
 
     def at(self, value: float) -> csc_array:
         """K at a value of the parameter, bordered."""
@@ -162,7 +169,8 @@ class _SweptStiffness:
 
     @property
     def is_singular_everywhere(self) -> bool:
-        """Whether K was regular nowhere: a free motion changes with the parameter."""
+        """Whether det K has been zero at all values so far: a free motion changes with the
+        parameter."""
         signs = list(self._signs.values())
         return bool(signs) and not any(signs)
 
@@ -188,8 +196,11 @@ class _SweptStiffness:
         return math.copysign(1.0, math.cos(factor.logarithm().imag))
 
     def contracts(self, a: float, b: float, close_crossings: Sequence[CrossingGuess]) -> bool:
-        """True if K is regular from a to b, apart from the null vectors of `close_crossings`, at
-        which K is singular close to the ends: 1 - K(middle)^-1 K contracts at all values tried."""
+        """True if 1 - K(middle)^-1 K contracts at a, at b and at the inner values between them.
+
+        K is then regular from a to b, apart from the null vectors at `close_crossings`, values
+        close to a or b at which K is singular.
+        """
         K = self.at(self.middle(a, b))
         basis = np.zeros((K.shape[0], 0))
         if close_crossings:
@@ -213,8 +224,8 @@ def singular_between(
     and the unit null vectors x, y of the bordered K.
 
     By Newton's method on y' K(p) x = 0 from the middle, alternating with inverse iteration for x
-    and y, until a step is at most 1e-3 of `edge`; None if the method leaves the interval or does
-    not converge.
+    and y, until a step is at most 1e-3 of `edge`, half the width that the caller cuts out. None if
+    the method leaves the interval or does not converge.
     """
     value = (low + high) / 2
     x, y = np.random.default_rng(1).standard_normal((2, stiffness.at(low).shape[0]))
