@@ -23,7 +23,7 @@ from squeal.cli.streams import printed, say
 from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import SCENE, Scene, is_system
-from squeal.io.writing import Answer, to_json
+from squeal.io.writing import Answer, JsonObject, to_json
 from squeal.linear.moduli import FREQUENCY
 from squeal.schema import (
     ANY,
@@ -63,7 +63,7 @@ class Source:
         self.inputs: list[Path | InputFile] = [InputFile(self.name, sha256(content).hexdigest())]
         self.inputs += self._files_of_options()
         check_outputs(given, [self.path, *self.inputs])
-        self.changes: dict[str, Any] = {}
+        self.changes: JsonObject = {}
         for change in given.set:
             self._set(change)
 
@@ -170,7 +170,7 @@ class Source:
         return subject
 
 
-def _keys_of(document: dict[str, Any]) -> Group:
+def _keys_of(document: JsonObject) -> Group:
     """The keys that --set may name: of a scene, or of a system with its own parameters."""
     if not is_system(document):
         return SCENE
@@ -205,7 +205,7 @@ class Reply:
     the object gains the key `admissible`, unless it has one.
     """
 
-    data: Callable[[], dict[str, Any]]
+    data: Callable[[], JsonObject]
     text: Callable[[], str]
     inputs: Sequence[Path | InputFile] | None = None
     warnings: Sequence[str] | None = None
@@ -219,8 +219,8 @@ class Reply:
         texts.
         """
 
-        def data() -> dict[str, Any]:
-            joined: dict[str, Any] = {}
+        def data() -> JsonObject:
+            joined: JsonObject = {}
             for answer in answers:
                 for key, value in answer.to_dict().items():
                     # a value that one answer does not know (None) another one may know
@@ -354,7 +354,7 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
         reply: Reply = _reply(module, given) if has_scene else module.run(given)
         if not given.json:
             return printed(reply.text())
-        answer: dict[str, Any] = {}
+        answer: JsonObject = {}
         if reply.warnings is not None:
             answer["admissible"] = not reply.warnings
         answer |= reply.data()

@@ -19,7 +19,7 @@ from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
-from squeal.io.writing import aligned_text, whole_folder
+from squeal.io.writing import JsonObject, aligned_text, whole_folder
 from squeal.linear.terms import Term
 from squeal.queries.eigenvalues import data_of_pad
 from squeal.queries.pads.equilibrium import DIGITS, analyse
@@ -39,7 +39,7 @@ class _Exported:
     """
 
     system: squeal.System
-    files: list[dict[str, Any]]
+    files: list[JsonObject]
     file: str = "system.yaml"
     basis: Any = None
     note: str = ""

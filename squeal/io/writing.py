@@ -23,7 +23,7 @@ from io import TextIOWrapper
 from operator import itemgetter
 from pathlib import Path
 from secrets import token_hex
-from typing import IO, Any, ClassVar
+from typing import IO, Any, ClassVar, TypeAlias
 
 from squeal.errors import BEYOND, ComputationError, InputError, visible
 
@@ -31,6 +31,8 @@ SHOWN = 40  # rows that the command line prints
 FEW = 10  # rows in a representation
 TABLES = (".csv", ".json")
 FIGURES = (".pdf", ".png", ".svg")
+JsonObject: TypeAlias = dict[str, Any]
+"""An object as JSON holds it: values by key."""
 
 
 def picked(source: object, names: str) -> dict[str, Any]:
@@ -415,7 +417,7 @@ class Table:
         omission = _paragraph(f"{omitted} more rows") if omitted > 0 else ""
         return f"{_paragraph(self.title)}<table>{body}</table>{omission}"
 
-    def records(self) -> list[dict[str, Any]]:
+    def records(self) -> list[JsonObject]:
         """A mapping of column names to values for each row.
 
         Examples
@@ -539,7 +541,7 @@ class Answer(ABC):
         return [self.table()]
 
     @abstractmethod
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         """The answer as the JSON object that the command line prints.
 
         Examples
@@ -583,7 +585,7 @@ class Answer(ABC):
                 texts.append(f"<p>{lines}</p>")
         return "".join(texts)
 
-    def to_records(self) -> list[dict[str, Any]]:
+    def to_records(self) -> list[JsonObject]:
         """The rows of the table, each a mapping of column names to values.
 
         Examples

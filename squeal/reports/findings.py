@@ -4,9 +4,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
-from squeal.io.writing import Column, Panel, Table, number, picked
+from squeal.io.writing import Column, JsonObject, Panel, Table, number, picked
 from squeal.linear import GROWING, UnstableMode
 from squeal.queries.ranges import DISAGREES
 from squeal.queries.remedies.meetings import Cure
@@ -239,13 +238,13 @@ class Findings(BrakeAnswers):
             parts.append(self.critical.table())
         return parts
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         remedies = [_remedy_entry(remedy) for remedy in self.search.remedies]
         meetings = []
         # the kinds of cure that stop growth at the present value alone, not at all lower ones
         at_value_alone = [cure.name.lower() for cure in self.cures.with_window]
         for mode, meeting in self.meetings.items():
-            entry: dict[str, Any] = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
+            entry: JsonObject = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
             entry["at_value_alone"] = at_value_alone
             entry["just_enough"] = {}
             for cure in Cure:
@@ -288,9 +287,9 @@ def _in_four(column: Column, row: object) -> str:
     return "-" if value is None else number(100.0 * value if column.percent else value, 4)
 
 
-def _remedy_entry(remedy: Remedy) -> dict[str, Any]:
+def _remedy_entry(remedy: Remedy) -> JsonObject:
     """A remedy as JSON holds it."""
-    entry: dict[str, Any] = picked(remedy.change, "parameter before after")
+    entry: JsonObject = picked(remedy.change, "parameter before after")
     entry["with_margin"] = remedy.with_margin and remedy.with_margin.after
     entry["at_value_alone"] = remedy.leaves_window
     entry["verdict_line"] = remedy.computed.conclusion

@@ -72,11 +72,11 @@ def page(report: Findings, inputs: Sequence[Any] = ()) -> str:
 def _abaqus_ratio(spectrum: Eigenvalues) -> str:
     """The damping ratio of the fastest mode as Abaqus prints it, with the mode; empty if it does
     not oscillate."""
-    for mode in spectrum.unstable[:1]:
-        if mode.frequency_hz:
-            ratio = -2.0 * mode.growth_rate / abs(mode.root.imag)
-            return f"{number(ratio, 3)} for mode {spectrum.mode_of(mode)}"
-    return ""
+    if not spectrum.unstable or not spectrum.unstable[0].frequency_hz:
+        return ""
+    fastest = spectrum.unstable[0]
+    ratio = -2.0 * fastest.growth_rate / abs(fastest.root.imag)
+    return f"{number(ratio, 3)} for mode {spectrum.mode_of(fastest)}"
 
 
 def _numbering(report: Findings) -> str:
@@ -200,22 +200,32 @@ def _moves(report: Findings) -> Table:
     return Table(columns, names, title, rank=lambda name: -names.index(name))
 
 
-def _effects(derivatives: Sensitivity, which: int) -> dict[str, float]:
-    """What a small step of each parameter adds to the real part of root number `which`, or to the
-    threshold (0), without those that are noise beside the largest."""
+def _effects(derivatives: Sensitivity, index: int) -> dict[str, float]:
+    """What a small step of each parameter adds to a quantity, without what is noise beside the
+    largest effect.
+
+    index: of the quantity among the derivatives: of a root, whose real part is meant, or 0 of a
+    threshold.
+    """
     effects = {}
     for name, slopes in derivatives.slopes.items():
         step, _ = derivatives.step(name)
         if step:
-            effects[name] = step * float(slopes[which].real)
+            effects[name] = step * float(slopes[index].real)
     largest = max(filter(math.isfinite, map(abs, effects.values())), default=0.0)
     # NaN stays
     return {name: x for name, x in effects.items() if not abs(x) <= NOISE * largest}
 
 
-def _signed(values: Mapping[Any, float]) -> Callable[[Any], str]:
-    """The cells of a column: a number with its sign by the key of a row, "" without one."""
-    return lambda key: f"{values[key]:+.4g}" if math.isfinite(values.get(key, math.nan)) else ""
+def _signed(values: Mapping[str, float]) -> Callable[[str], str]:
+    """A function that makes the cells of a column: a number with its sign by the key of a row,
+    empty where that has no finite number."""
+
+    def cell(key: str) -> str:
+        value = values.get(key, math.nan)
+        return f"{value:+.4g}" if math.isfinite(value) else ""
+
+    return cell
 
 
 def _confidence(report: Findings) -> Iterator[str]:
@@ -227,13 +237,15 @@ def _confidence(report: Findings) -> Iterator[str]:
     limit = f" among {spectrum.extent}" if spectrum.extent else ""
     yield f"{CONFIDENCE[status]}{limit}."
     searched = report.thresholds
-    extent = [searched.low, searched.high]
-    if searched.proof and searched.is_proved:
+    low = searched.low
+    high = searched.high
+    proof = searched.proof if searched.is_proved else None
+    if proof:
         # a proof may end between the first loss of stability and the end of the range
-        extent = searched.proof["extent"]
-    where = f"{searched.parameter} = {number(extent[0], 4)} to {number(extent[1], 4)}"
-    if searched.proof and searched.is_proved:
-        rate = searched.proof["growth_below"]
+        low, high = proof["extent"]
+    where = f"{searched.parameter} = {number(low, 4)} to {number(high, 4)}"
+    if proof:
+        rate = proof["growth_below"]
         growth = f" of growth by more than {number(rate, 2)} 1/s" if rate else ""
         yield f"Proved too: no onset{growth} from {where} is missing{limit}."
     elif searched.certified:
@@ -257,9 +269,11 @@ def _what_was_read(report: Findings) -> Iterator[str | Table]:
         yield from report.eigenvalues.notes[:1]
         return
     head, files, lines, _, hints = report.check.parts()
-    hertz = ", ".join(number(f) for f in report.check.frequencies_hz)
+    yield head
+    yield files
+    hertz = ", ".join(number(frequency) for frequency in report.check.frequencies_hz)
     modes = f"lowest real modes, without friction and damping: {hertz} Hz"
-    yield from (head, files, "; ".join([*str(lines).splitlines(), modes, str(hints)]).rstrip("; "))
+    yield "; ".join([*str(lines).splitlines(), modes, str(hints)]).rstrip("; ")
 
 
 def _shapes(report: Findings) -> Iterator[_Figure]:
@@ -267,8 +281,9 @@ def _shapes(report: Findings) -> Iterator[_Figure]:
     coordinates = getattr(report.subject, "coordinates", None)
     is_pad = isinstance(report.subject, Scene)
     if is_pad or (coordinates is not None and len(coordinates.places) >= DRAWN_NODES):
-        for mode in _growing(report)[:1]:
-            yield _figure(report.eigenvalues, report.name, shape=mode)
+        growing = _growing(report)
+        if growing:
+            yield _figure(report.eigenvalues, report.name, shape=growing[0])
 
 
 def _not_answered(report: Findings) -> Iterator[str]:

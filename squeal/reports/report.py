@@ -14,7 +14,7 @@ from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
 from squeal.queries.eigenvalues import eigenvalues
 from squeal.queries.energy import energy
 from squeal.queries.mode_paths import Paths
-from squeal.queries.options import Subject, upper_end
+from squeal.queries.options import Band, Subject, upper_end
 from squeal.queries.remedies.changes import Brake
 from squeal.queries.remedies.cures import find_meetings
 from squeal.queries.remedies.parameters import find_remedies, keep_below
@@ -74,7 +74,7 @@ class Report(Findings):
 def report(
     subject: Subject,
     high: float | None = None,
-    band: tuple[float, float] | None = None,
+    band: Band | None = None,
     memory: Positive | None = None,
     progress: Callable[[str], None] | None = None,
     parts: Mapping[str, Sequence[int]] | None = None,
@@ -164,7 +164,7 @@ def _chart(searched: Thresholds, value: float, is_rotor: bool) -> Sweep:
 
 
 def _critical_speeds(
-    subject: Subject, losses: Thresholds, band: tuple[float, float] | None, memory: Positive | None
+    subject: Subject, losses: Thresholds, band: Band | None, memory: Positive | None
 ) -> CriticalSpeeds | None:
     """The critical speeds in the range of the thresholds; None where the parameter is no speed of a
     shaft, and of complex matrices."""

@@ -4,7 +4,7 @@ import math
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from squeal.io.writing import Column, columns, number
+from squeal.io.writing import Column, JsonObject, columns, number
 from squeal.linear.eigen import Eigenvalue
 
 OPEN = "open: "  # how a criterion begins where what is known decides nothing
@@ -33,18 +33,18 @@ def rounded_growth(row: Any) -> float:
     return float(number(row.growth_rate, 3))
 
 
-def parameter_entry(parameter: str, value: float | None) -> dict[str, Any]:
+def parameter_entry(parameter: str, value: float | None) -> JsonObject:
     """Name and value of the parameter as JSON holds them; whatever its name, `mu` has the value."""
     return {"parameter": parameter, "value": value, "mu": value}
 
 
-def with_unit(words: str, unit: str) -> str:
+def with_unit(heading: str, unit: str) -> str:
     """The head of a column with its unit, if it has one.
 
     >>> with_unit("speed", "rad/s"), with_unit("mu", "")
     ('speed, rad/s', 'mu')
     """
-    return ", ".join(filter(None, [words, unit]))
+    return f"{heading}, {unit}" if unit else heading
 
 
 def parameter_heading(name: str, others: Collection[str]) -> str:

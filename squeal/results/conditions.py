@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from operator import attrgetter
 from typing import Any
 
-from squeal.io.writing import Answer, Column, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, JsonObject, Table, columns, number, picked
 from squeal.results.columns import basis_text, parameter_heading, rounded_growth
 
 
@@ -207,11 +207,11 @@ class Conditions(Answer):
             lines.append(self._warning(inadmissible, "have no equilibrium that the model means"))
         return tuple(lines)
 
-    def _warning(self, concerned: Sequence[Condition], words: str) -> str:
-        """A warning of some conditions: how many, the first of them, and what they have."""
+    def _warning(self, concerned: Sequence[Condition], fault: str) -> str:
+        """A warning of some conditions: how many, the first of them, and their fault in words."""
         count = f"{len(concerned)} of {len(self.conditions)} conditions"
         first = at_parameters(concerned[0].parameters)
-        return f"conditions: {count}, the first of them {first}, {words}"
+        return f"conditions: {count}, the first of them {first}, {fault}"
 
     @property
     def conclusion(self) -> str:
@@ -221,8 +221,8 @@ class Conditions(Answer):
         if worst is None:
             # an open verdict: a mode may grow that was not found, or by less than its error
             is_open = any(not condition.verdict for condition in self.conditions)
-            found = " was found" if is_open else ""
-            return f"No unstable mode{found} at {self.solved} conditions{extent}"
+            reservation = " was found" if is_open else ""
+            return f"No unstable mode{reservation} at {self.solved} conditions{extent}"
         fastest = worst.modes[0]
         size = f"{fastest.frequency_hz:.4g} Hz, growth {fastest.growth_rate:.4g} 1/s"
         if fastest.frequency_hz:  # of a divergence the ratio is -100 %, whatever its growth
@@ -275,10 +275,10 @@ class Conditions(Answer):
             parts.append(basis_text(self.basis))
         return parts
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         rows = []
         for condition in self.conditions:
-            row: dict[str, Any] = {"parameters": dict(condition.parameters)}
+            row: JsonObject = {"parameters": dict(condition.parameters)}
             (outcome,) = Table(OUTCOME, [condition]).records()
             row |= outcome
             row["modes"] = Table(GROWTH, condition.modes).records()

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, Panel, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, JsonObject, Panel, Table, columns, number, picked
 from squeal.linear import Spectrum, UnstableMode
 from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.matrices import EPS
@@ -30,6 +30,8 @@ from squeal.results.columns import (
 from squeal.results.sources import Source, SystemSource, refuse_other_subject, unit_of
 
 SAME = 1e-9  # of |lambda|: a mode that grows is this listed one
+Onsets = dict[UnstableMode, JsonObject]
+"""Of unstable modes `onset` and `interval`, as `UnstableMode` has them."""
 COORDINATES = {"x": "m", "y": "m", "theta": "rad"}
 """Of a pad, with their units."""
 
@@ -83,7 +85,7 @@ def mode_shape(number_of_mode: int, root: Eigenvalue, levers: ArrayLike) -> Mode
     )
 
 
-def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
+def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> JsonObject:
     """Mode shapes as a JSON object; names: of the coordinates, rule: how shapes are scaled."""
     rows = []
     for mode in shapes:
@@ -127,7 +129,7 @@ class KnowsOnsets(Protocol):
         """What it was computed from."""
         ...
 
-    def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+    def onsets(self, eigenvalues: Eigenvalues) -> Onsets:
         """`onset` and `interval` of those of the unstable modes for which they are known."""
         ...
 
@@ -258,8 +260,9 @@ class Eigenvalues(Answer):
         if isinstance(self.source, SystemSource):
             coordinates = self.source.file.coordinates
         if coordinates is None:
-            words = "save_shapes: needs `coordinates: {file: nodes.csv}` in the system file"
-            raise InputError(words)
+            raise InputError(
+                "save_shapes: needs `coordinates: {file: nodes.csv}` in the system file"
+            )
         first_of_mode: dict[int, Eigenvalue] = {}
         for number_of_mode, root in self.of_modes:
             first_of_mode.setdefault(number_of_mode, root)
@@ -298,20 +301,20 @@ class Eigenvalues(Answer):
             modes = "1 unstable mode"
             if len(self.unstable) > 1:
                 modes = f"{len(self.unstable)} unstable modes"
-            return self._with_place(modes) + f": {self._fastest()}"
+            return self._with_extent(modes) + f": {self._fastest()}"
         if self.verdict == "stable":
-            return self._with_place("Stable")
+            return self._with_extent("Stable")
         if self.verdict == "marginal":
-            words = "no mode grows, not all decay"
+            reason = "no mode grows, not all decay"
             if self.limit_hz is not None:
                 modes = f"modes at {self.limit_hz:.4g} Hz have one shape"
-                words = f"to rounding on the limit of flutter, {modes}"
-            return self._with_place("Marginal") + f": {words}"
+                reason = f"to rounding on the limit of flutter, {modes}"
+            return self._with_extent("Marginal") + f": {reason}"
         if self.open or self.criterion.startswith(OPEN):
             reason = self.open or self.criterion.removeprefix(OPEN)
-            return self._with_place("Open") + f": {reason}"
+            return self._with_extent("Open") + f": {reason}"
         what = "growing mode" if self.eigenvalues else "root"
-        return self._with_place(f"No {what} was found") + f"; {self.completeness}"
+        return self._with_extent(f"No {what} was found") + f"; {self.completeness}"
 
     @property
     def limit_hz(self) -> float | None:
@@ -337,14 +340,14 @@ class Eigenvalues(Answer):
                     return root.frequency_hz
         return None
 
-    def _with_place(self, words: str) -> str:
-        """Words, and after them the region and the value of the parameter that they hold for."""
+    def _with_extent(self, verdict: str) -> str:
+        """A verdict with the region and the value of the parameter that it holds for."""
         if self.extent:
-            words += f", {self.extent}"
+            verdict += f", {self.extent}"
         if self.depends:
-            words += f", {self.parameter} = {number(self.value, 4)}"
-            words += speed_words(self.value, unit_of(self.source))
-        return words
+            verdict += f", {self.parameter} = {number(self.value, 4)}"
+            verdict += speed_words(self.value, unit_of(self.source))
+        return verdict
 
     def _fastest(self) -> str:
         """The size of the mode that grows fastest, in words."""
@@ -426,15 +429,15 @@ class Eigenvalues(Answer):
             notes.append(f"from which {self.parameter} on: --sweep and `squeal thresholds` tell")
         return [head, *self.notes[:1], self.table(), count, self.growing, *notes]
 
-    def to_dict(self) -> dict[str, Any]:
-        document = {"name": self.name} | parameter_entry(self.parameter, self.value)
+    def to_dict(self) -> JsonObject:
+        document: JsonObject = {"name": self.name}
+        document |= parameter_entry(self.parameter, self.value)
         document |= picked(self, "details")["details"]  # copies of them
         document["eigenvalues"] = Table(self.columns, self.eigenvalues).records()
         document |= picked(self, "verdict criterion certified count")
         if self.proof is not None:
             document["proof"] = dict(self.proof)
-        document["unstable"] = []
-        for mode in self.unstable:
-            document["unstable"].append({"mode": self.mode_of(mode)} | asdict(mode))
+        unstable = self.unstable
+        document["unstable"] = [{"mode": self.mode_of(mode)} | asdict(mode) for mode in unstable]
         document["mode_shapes"] = picked(self, "shapes")["shapes"]
         return document

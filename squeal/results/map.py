@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, Table, in_order, picked, plain
+from squeal.io.writing import Answer, Column, JsonObject, Table, in_order, picked, plain
 from squeal.results.columns import parameter_heading
 from squeal.results.sources import Source
 from squeal.schema import Number, Place, Whole
@@ -153,7 +153,7 @@ class Map(Answer):
         names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
         return Table(in_order(zip(names, ["", *self.units, "", ""], strict=True)), rows)
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         axes = []
         for axis in self.axes:
             scale = "log" if axis.log else "linear"

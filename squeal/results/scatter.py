@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, picked
+from squeal.io.writing import Answer, JsonObject, Mark, Panel, Table, in_order, number, picked
 from squeal.linear.verdicts import ACCEPTED
 from squeal.results.columns import parameter_heading
 from squeal.schema import instance
@@ -330,8 +330,8 @@ class Scatter(Answer):
             parts.append(f"on a basis of {size} vectors; worst residual of a root {where}")
         return parts
 
-    def to_dict(self) -> dict[str, Any]:
-        scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu}
+    def to_dict(self) -> JsonObject:
+        scatter: JsonObject = {"parameter": self.name, "value": self.mu}
         scatter |= picked(self, "of mu mu_max band samples seed design failed no_pad beyond stable")
         scatter["spreads"] = []
         for name, spread in self.spreads.items():

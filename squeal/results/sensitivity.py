@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, plain
+from squeal.io.writing import Answer, JsonObject, Mark, Panel, Table, in_order, number, plain
 
 DEGREE = math.pi / 180
 STEP = 0.01  # of a parameter's value: the small step whose effect is shown
@@ -109,11 +109,11 @@ class Sensitivity(Answer):
         by_growth = upper[np.argsort(-roots[upper].real, kind="stable")]
         rows = []
         for i in by_growth.tolist():
-            for k, effect in enumerate(self._effects_on_mode(i)):
+            for place, effect in enumerate(self._effects_on_mode(i)):  # 0 is the strongest
                 # of a long table first the strongest effects on growing modes are shown
                 rank = (False, effect.growth_rate)
                 if effect.growth_rate > 0.0:
-                    rank = (True, -k)
+                    rank = (True, -place)
                 rows.append(effect._replace(rank=rank))
         heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s")]
         heads += [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
@@ -131,22 +131,23 @@ class Sensitivity(Answer):
         mode = int(self.modes[i])
         effects = []
         for name, slopes in self.slopes.items():
-            step, words = self.step(name)
+            step, step_text = self.step(name)
             if not step:
                 continue
             slope = complex(slopes[i])
             if not cmath.isfinite(slope):
                 slope = complex(math.nan, math.nan)
-            effect = _EffectOnMode(
-                mode=mode,
-                frequency_hz=root.imag / math.tau,
-                growth_rate=root.real,
-                parameter=name,
-                change=words,
-                growth_change=step * slope.real,
-                frequency_change=step * (slope.imag / math.tau),
+            effects.append(
+                _EffectOnMode(
+                    mode=mode,
+                    frequency_hz=root.imag / math.tau,
+                    growth_rate=root.real,
+                    parameter=name,
+                    change=step_text,
+                    growth_change=step * slope.real,
+                    frequency_change=step * (slope.imag / math.tau),
+                )
             )
-            effects.append(effect)
         effects.sort(key=lambda effect: _strength(effect.growth_change))
         return effects
 
@@ -157,10 +158,10 @@ class Sensitivity(Answer):
         """
         rows = []
         for name, slopes in self.slopes.items():
-            step, words = self.step(name)
+            step, step_text = self.step(name)
             if step:
                 value_change, frequency_change = (step * slopes).tolist()
-                rows.append((name, words, value_change, frequency_change))
+                rows.append((name, step_text, value_change, frequency_change))
         rows.sort(key=lambda row: _strength(row[2]))
         if self.at is None:  # no row: the heads are those of eigenvalues
             head_of_change = ("dRe", "1/s")
@@ -238,11 +239,11 @@ class Sensitivity(Answer):
             note=note,
         )
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         if self.what == "threshold":
             if self.at is None:
                 return {"sensitivity": None}
-            loss: dict[str, Any] = {"mu": self.at, "value": self.at, "kind": self.kind}
+            loss: JsonObject = {"mu": self.at, "value": self.at, "kind": self.kind}
             loss["parameters"] = {}  # derivatives of the value at the loss
             loss["frequency_hz"] = {}  # and of the frequency there
             for name, (value_slope, frequency_slope) in self.slopes.items():

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked
-from squeal.linear import GROWING, UnstableMode
+from squeal.io.writing import Answer, Column, JsonObject, Mark, Panel, Table, number, picked
+from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.paths import Loss
 from squeal.results.columns import (
@@ -25,7 +25,7 @@ from squeal.results.columns import (
     rounded_growth,
     with_unit,
 )
-from squeal.results.eigenvalues import Eigenvalues, eigenvalues_of_arrays
+from squeal.results.eigenvalues import Eigenvalues, Onsets, eigenvalues_of_arrays
 from squeal.results.sources import Source, unit_of
 
 LISTED = 8  # frequencies in a line of a table
@@ -154,18 +154,18 @@ class Step:
             text += f", {len(hertz) - LISTED} more"
         return text
 
-    def to_dict(self, parameter: str) -> dict[str, Any]:
+    def to_dict(self, parameter: str) -> JsonObject:
         """The step as JSON holds it; what is not known of a root is left out."""
         rows = []
         roots = self.eigenvalues
         records = Table(ROOT, roots).records()
         for k, (mode, record) in enumerate(zip(self.mode_numbers, records, strict=True)):
-            row = {"mode": mode} | record
-            known = {key: value for key, value in row.items() if value is not None}
+            entry = {"mode": mode} | record
+            row = {key: value for key, value in entry.items() if value is not None}
             if self.corrected is not None:
-                known["error"] = roots[k].rounding
-                known["corrected"] = bool(self.corrected[k])
-            rows.append(known)
+                row["error"] = roots[k].rounding
+                row["corrected"] = bool(self.corrected[k])
+            rows.append(row)
         document = parameter_entry(parameter, self.value)
         document["eigenvalues"] = None if self.roots is None else rows
         document |= picked(self, "verdict spurious")
@@ -296,16 +296,16 @@ class Sweep(Answer):
         uncertified = [step.value for step in self.steps if step.certified is False]
         lines = []
         if inadmissible:
-            words = "have no equilibrium that the model means"
-            lines.append(self._warning(inadmissible, words))
+            fault = "have no equilibrium that the model means"
+            lines.append(self._warning(inadmissible, fault))
         if uncertified:
             lines.append(self._warning(uncertified, f"are {UNSURE}"))
         return tuple(lines)
 
-    def _warning(self, values: Sequence[float], words: str) -> str:
-        """A warning of some values: how many, the first of them, and what they have."""
+    def _warning(self, values: Sequence[float], fault: str) -> str:
+        """A warning of some values: how many, the first of them, and their fault in words."""
         count = f"{len(values)} of {len(self.steps)} values of {self.parameter}"
-        return f"sweep: {count}, the first of them {values[0]:.6g}, {words}"
+        return f"sweep: {count}, the first of them {values[0]:.6g}, {fault}"
 
     def named(self, names: Mapping[int, str]) -> Sweep:
         """The sweep with names of modes by their numbers.
@@ -332,7 +332,7 @@ class Sweep(Answer):
                 paths.setdefault(mode, []).append((value, root))
         return tuple(SweptMode.of(mode, path) for mode, path in sorted(paths.items()))
 
-    def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+    def onsets(self, eigenvalues: Eigenvalues) -> Onsets:
         """Where unstable modes began to grow, by the modes of the sweep.
 
         Of each mode `onset` and `interval`, see `SweptMode`. Empty unless the modes are numbered at
@@ -349,12 +349,12 @@ class Sweep(Answer):
         """
         if self.reference is None or eigenvalues.value != self.reference.value:
             return {}
-        known = {mode.mode: picked(mode, "onset interval") for mode in self.modes}
+        onset_of_number = {mode.mode: picked(mode, "onset interval") for mode in self.modes}
         onsets = {}
         for unstable in eigenvalues.unstable:
             number_of_mode = eigenvalues.mode_of(unstable)
-            if number_of_mode in known:
-                onsets[unstable] = known[number_of_mode]
+            if number_of_mode in onset_of_number:
+                onsets[unstable] = onset_of_number[number_of_mode]
         return onsets
 
     @property
@@ -483,10 +483,8 @@ class Sweep(Answer):
             lines.append(f"between {between} {what}")
         return lines
 
-    def to_dict(self) -> dict[str, Any]:
-        modes = []
-        for mode in self.modes:
-            modes.append(asdict(mode) | {"name": self.names.get(mode.mode)})
+    def to_dict(self) -> JsonObject:
+        modes = [asdict(mode) | {"name": self.names.get(mode.mode)} for mode in self.modes]
         return {
             "parameter": self.parameter,
             "sweep": [step.to_dict(self.parameter) for step in self.steps],

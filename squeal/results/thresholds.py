@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from squeal.io.writing import Answer, Column, Panel, Table, located, number, picked
-from squeal.linear import CriticalPoint, Crossing, UnstableMode
+from squeal.io.writing import Answer, Column, JsonObject, Panel, Table, located, number, picked
+from squeal.linear import CriticalPoint, Crossing
 from squeal.linear.roots import assigned
 from squeal.linear.shaft import RPM, name_of_kind
 from squeal.results.columns import parameter_entry, with_unit
-from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.eigenvalues import Eigenvalues, Onsets
 from squeal.results.sources import Source, unit_of
 
 MISSED = "between the computed values may be missed"
@@ -76,7 +76,7 @@ class Thresholds(Answer):
         """Whether the referee has proved the list, up to the end of `extent` in `proof`."""
         return self.proof is not None and self.proof["status"] == "proved"
 
-    def onsets(self, eigenvalues: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+    def onsets(self, eigenvalues: Eigenvalues) -> Onsets:
         """Where unstable modes began to grow: at the crossings that are nearest in frequency.
 
         Of each mode `onset` and `interval`. Empty where crossings do not tell: where some up to the
@@ -164,14 +164,14 @@ class Thresholds(Answer):
         head = f"{self.name}: at {self.parameter} = {number(self.low)}: {verdict}"
         return [head, self.table(), "\n".join([*self.notes, *seat, proof, end])]
 
-    def _entries(self, points: Sequence[CriticalPoint | Crossing]) -> list[dict[str, Any]]:
+    def _entries(self, points: Sequence[CriticalPoint | Crossing]) -> list[JsonObject]:
         """Critical points or crossings as JSON holds them."""
         entries = []
         for point in points:
             entries.append(parameter_entry(self.parameter, point.mu) | asdict(point))
         return entries
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         document = picked(self, "name parameter end certified") | {
             "critical": self._entries(self.points),
             "crossings": self._entries(self.crossings),

@@ -76,8 +76,9 @@ class Meeting:
     @property
     def hertz(self) -> tuple[float, ...]:
         """The one frequency, or the lower and the upper one, without friction and damping, Hz."""
-        ends = self.omega[[0, -1]] if self.is_pair else self.omega[:1]
-        return tuple((ends / math.tau).tolist())
+        lower_and_upper = [0, -1]
+        omega = self.omega[lower_and_upper] if self.is_pair else self.omega[:1]
+        return tuple((omega / math.tau).tolist())
 
     @property
     def is_pair(self) -> bool:
@@ -208,8 +209,8 @@ class RealModes:
 
     def _number(self, force: Array) -> int:
         """The number of the real mode with M x = `force`; a new one joins `forces`."""
-        for k, known in enumerate(self.forces):
-            cosine = known @ force / (np.linalg.norm(known) * np.linalg.norm(force))
+        for k, other in enumerate(self.forces):
+            cosine = other @ force / (np.linalg.norm(other) * np.linalg.norm(force))
             if abs(cosine) > 1.0 - PARALLEL:
                 return k
         self.forces.append(force)

@@ -2,12 +2,11 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.io.writing import number
+from squeal.io.writing import JsonObject, number
 from squeal.linear import Spectrum, UnstableMode
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.eigen import growing
@@ -125,7 +124,7 @@ def system_eigenvalues(
     )
 
 
-def _shapes(system: System, roots: SystemRoots) -> dict[str, Any] | None:
+def _shapes(system: System, roots: SystemRoots) -> JsonObject | None:
     """The mode shapes as JSON holds them; None of a system with too many rows to print."""
     if system.n > SHOWN_ROWS:
         return None
@@ -172,7 +171,7 @@ def _details(
     roots: SystemRoots,
     outside: tuple[complex, ...] | None,
     doubts: list[str],
-) -> dict[str, Any]:
+) -> JsonObject:
     """Describe the system, and how its roots were computed, as the JSON object holds it.
 
     outside: growing roots outside of the region, the fastest first, None if nothing is known of
@@ -185,7 +184,7 @@ def _details(
         region = {"radius": roots.region.radius}
     elif roots.region is not None:
         region = dict(vars(roots.region))
-    details: dict[str, Any] = {
+    details: JsonObject = {
         "rows": system.n,
         "parameters": system.given,
         "matrices": matrix_list(file),
@@ -211,7 +210,7 @@ def _details(
     return details
 
 
-def _description(analysis: SystemAnalysis, roots: SystemRoots, details: dict[str, Any]) -> str:
+def _description(analysis: SystemAnalysis, roots: SystemRoots, details: JsonObject) -> str:
     """Describe the system, its matrices and its contact in lines for people.
 
     details: see `_details`.

@@ -1,7 +1,7 @@
 """How precisely a system is known, by the digits of its files, by the reduction of its components
 and by what was assumed of it; and how that qualifies roots, verdicts and thresholds."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -15,21 +15,19 @@ from squeal.linear.matrices import Array, dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.proofs import Data, EigenvalueTuple
-from squeal.queries.systems.roots import SystemRoots, system_roots
+from squeal.queries.systems.roots import AddErrors, SystemRoots, system_roots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.thresholds import Thresholds
 
 
-def error_bounds(
-    file: SystemFile, system: TermSystem
-) -> Callable[[EigenvalueTuple], EigenvalueTuple] | None:
+def error_bounds(file: SystemFile, system: TermSystem) -> AddErrors | None:
     """The function that adds to roots (m,) how far their true values may be off, 1/s.
 
     Errors come from the reduction of components and from the digits of the files, and are added.
     None where the entries are exact and nothing was reduced: then only rounding moves the roots.
     """
-    bounds: list[Callable[[EigenvalueTuple], EigenvalueTuple]] = []
+    bounds: list[AddErrors] = []
     if file.assembly is not None and file.assembly.reduction:
         bounds.append(partial(file.assembly.bounded, system))
     if system.digits and not system.follows:

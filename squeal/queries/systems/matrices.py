@@ -11,7 +11,7 @@ from scipy.sparse import csr_array
 
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
-from squeal.io.writing import whole_folder, write_csv, write_text
+from squeal.io.writing import JsonObject, whole_folder, write_csv, write_text
 from squeal.linear.matrices import EPS, Matrix, dense, norm_of, unit_diagonal
 from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.system import TermSystem
@@ -70,7 +70,7 @@ def system_checks(system: TermSystem) -> dict[str, str]:
     return checks
 
 
-def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
+def matrix_list(file: SystemFile) -> list[JsonObject]:
     """A row for each matrix of a system file, as the JSON object holds it.
 
     It has the part (M, C or K) that the matrix belongs to, its file and how that was read, factor,
@@ -79,26 +79,25 @@ def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
     rows = []
     for origin in file.origins:
         matrix = origin.matrix
-        row = {
-            "part": origin.part,
-            "file": origin.file or None,
-            "key": origin.key or None,
-            "format": origin.form or None,
-            "labels": origin.labelled,
-            "factor": origin.factor,
-            "digits": origin.digits,
-            "rows": int(matrix.shape[0]),
-            "nonzeros": int(matrix.nnz),
-            "symmetric": is_symmetric(matrix),
-            "fingerprint": fingerprint(matrix),
-        }
-        rows.append(row)
+        rows.append(
+            {
+                "part": origin.part,
+                "file": origin.file or None,
+                "key": origin.key or None,
+                "format": origin.form or None,
+                "labels": origin.labelled,
+                "factor": origin.factor,
+                "digits": origin.digits,
+                "rows": int(matrix.shape[0]),
+                "nonzeros": int(matrix.nnz),
+                "symmetric": is_symmetric(matrix),
+                "fingerprint": fingerprint(matrix),
+            }
+        )
     return rows
 
 
-def write_system(
-    folder: Path, system: TermSystem, suffix: str, **more: Any
-) -> list[dict[str, Any]]:
+def write_system(folder: Path, system: TermSystem, suffix: str, **more: Any) -> list[JsonObject]:
     """Write each term of a system to a file, and the system file that reads them again.
 
     Parameters
@@ -147,9 +146,9 @@ def write_system(
     return rows
 
 
-def _keys_beside_matrices(system: TermSystem) -> dict[str, Any]:
+def _keys_beside_matrices(system: TermSystem) -> JsonObject:
     """The keys of a system file beside its matrices: name, assumptions and parameters."""
-    document: dict[str, Any] = {"name": system.name}
+    document: JsonObject = {"name": system.name}
     if system.assumptions:
         document["assumptions"] = list(system.assumptions)
     parameters = {}
@@ -166,7 +165,7 @@ def _keys_beside_matrices(system: TermSystem) -> dict[str, Any]:
     return document
 
 
-def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
+def _write_factor(folder: Path, file: str, term: Term) -> JsonObject:
     """The keys of a system file that give the factor of a term: a modulus, a table or a formula.
 
     A table of a modulus over the frequency, or of a factor over a parameter, is written to `file`
@@ -174,7 +173,7 @@ def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
     """
     factor = term.factor
     if isinstance(factor, Modulus):
-        keys: dict[str, Any] = {"factor": factor.factor.text}
+        keys: JsonObject = {"factor": factor.factor.text}
         if factor.loss:
             keys["structural"] = factor.loss.text
         table = factor.table
@@ -191,12 +190,12 @@ def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
     return {"factor": factor.text}
 
 
-def _write_precision(folder: Path, file: str, term: Term) -> dict[str, Any]:
+def _write_precision(folder: Path, file: str, term: Term) -> JsonObject:
     """The keys of a system file that tell how far the entries of a term may be off.
 
     Errors that its digits do not tell are written to `file` in the folder.
     """
-    keys: dict[str, Any] = {}
+    keys: JsonObject = {}
     if term.digits is not None:
         keys["digits"] = term.digits
         if term.errors is not None:
@@ -209,7 +208,7 @@ def _write_precision(folder: Path, file: str, term: Term) -> dict[str, Any]:
 
 def write_components(
     folder: Path, components: Sequence[Component], suffix: str
-) -> list[dict[str, Any]]:
+) -> list[JsonObject]:
     """Write each component into a folder of its name, with the nodes of its rows and its load.
 
     Returns a row for each matrix, and raises InputError, as `write_system` does.
@@ -238,8 +237,8 @@ def write_components(
 
 
 def write_assembly(
-    folder: Path, file: SystemFile, document: dict[str, Any], home: Path, suffix: str
-) -> list[dict[str, Any]]:
+    folder: Path, file: SystemFile, document: JsonObject, home: Path, suffix: str
+) -> list[JsonObject]:
     """Write the components of an assembly as they were joined, and a file that joins them again.
 
     Parameters

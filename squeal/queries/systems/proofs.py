@@ -12,14 +12,15 @@ import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
+from squeal.io.writing import JsonObject
 from squeal.linear.eigen import Eigenvalue, values_of
-from squeal.linear.matrices import Array, Matrix, SingularTogetherError, dense_matrices
+from squeal.linear.matrices import MCK, Array, Matrix, SingularTogetherError, dense_matrices
 from squeal.linear.roots import ComplexArray
 from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.results.columns import OPEN
@@ -35,8 +36,6 @@ PRINTED = 1e-6
 NO_BOUND = "of the growth rates no bound is proved"
 EigenvalueTuple = tuple[Eigenvalue, ...]
 BY_REFEREE = "roots of the referee"  # the criterion of a verdict on roots that it encloses
-Arrays = tuple[NDArray, NDArray | None, NDArray]
-"""M, C and K (n, n)."""
 VerdictAndCriterion = tuple[str | None, str]
 """The verdict, None where it is open, and what decided it or why it is open, in words."""
 
@@ -151,7 +150,7 @@ class Statement:
             line += f" (entries known to {self.data})"
         return line
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> JsonObject:
         """The statement as JSON holds it."""
         z = self.where
         where = None if z is None else {"real": z.real, "imag": z.imag}
@@ -172,7 +171,7 @@ class RefereedRoots(NamedTuple):
 
 
 def refereed(
-    matrices: tuple[Matrix, Matrix | None, Matrix],
+    matrices: MCK,
     roots: EigenvalueTuple,
     judged: VerdictAndCriterion,
     data: Data,
@@ -264,7 +263,7 @@ def _if_proved(
 
 
 def _with_roots_of_referee(
-    matrices: Arrays, system: Quadratic, refuted: EigenvalueTuple, refutation: Proof, data: Data
+    matrices: MCK, system: Quadratic, refuted: EigenvalueTuple, refutation: Proof, data: Data
 ) -> RefereedRoots:
     """Replace a refuted list by the centres of the referee's enclosures.
 
@@ -351,10 +350,10 @@ def _as_proved(
             # a rigid-body motion: its roots are zero within what the data allow
             if any(piece.side == "free" for piece in proof.pieces):
                 reason = FREE
-    known = with_matches(roots, proof.matches)
+    roots_with_errors = with_matches(roots, proof.matches)
     growth = proof.growth_below if proof.growth_below < math.inf else None
     statement = Statement(status, proof.by, growth, proof.data, reason, as_complex(proof.where))
-    return RefereedRoots(known, (verdict, criterion), statement)
+    return RefereedRoots(roots_with_errors, (verdict, criterion), statement)
 
 
 def _only_verdict(proof: Proof) -> str | None:
@@ -448,7 +447,7 @@ def _with_match(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     return replace(root, value=value, rounding=rounding, error=error, proved_to_grow=grows)
 
 
-def _roots_of_pieces(matrices: Arrays, pieces: Sequence[Piece]) -> EigenvalueTuple:
+def _roots_of_pieces(matrices: MCK, pieces: Sequence[Piece]) -> EigenvalueTuple:
     """The roots at the centres of pieces, by rising frequency, with vectors and residuals there.
 
     Their rounding is left to what is proved of them.

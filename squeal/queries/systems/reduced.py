@@ -6,12 +6,12 @@ import math
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from squeal.errors import InputError, InputWarning
-from squeal.io.writing import picked
+from squeal.io.writing import JsonObject, picked
 from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.roots import ordered
@@ -219,7 +219,7 @@ def growth_limit(selection: EigenvalueSelection, region: Rectangle) -> float | N
     return None if selection.region is not None else region.high_real
 
 
-def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:
+def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> JsonObject | None:
     """A reduced system as JSON holds it; None where the system itself was solved."""
     if reduction is None:
         return None

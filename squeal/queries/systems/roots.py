@@ -16,6 +16,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
 from squeal.linear.eigen import growing, spectrum_of, values_of
 from squeal.linear.matrices import (
+    MCK,
     Matrix,
     SingularTogetherError,
     exact_rank,
@@ -330,7 +331,7 @@ def roots_of_first_look(
 
 
 def _roots_of_matrices(
-    matrices: tuple[Matrix, Matrix | None, Matrix],
+    matrices: MCK,
     selection: EigenvalueSelection,
     add_errors: AddErrors | None,
     data: Data | None = None,
@@ -401,7 +402,7 @@ def _roots_of_matrices(
     )
 
 
-def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> EigenvalueTuple:
+def _dense_roots(matrices: MCK) -> EigenvalueTuple:
     """Compute all finite roots by the quadratic eigensolver, which allows a singular or complex M.
 
     Raises ComputationError where rounding hides which of them are zero.
@@ -419,7 +420,7 @@ def _dense_roots(matrices: tuple[Matrix, Matrix | None, Matrix]) -> EigenvalueTu
 
 
 def _mass_normalised_roots(
-    matrices: tuple[Matrix, Matrix | None, Matrix],
+    matrices: MCK,
 ) -> EigenvalueTuple | None:
     """Compute all roots from the mass-normalised system L^-1 K L^-T, M = L L^T, if that serves.
 

@@ -430,8 +430,8 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     else:
         # at a root of zero P is K, and `NEAR` |z| is 0: y^H K x is compared with rounding of its
         # terms instead. The term of the parameter may cancel others, so that it counts by its size
-        of_parameter = abs(value) * abs(scaled.slope(system.parameter, changes, root))
-        sizes = (abs(problem.K) + of_parameter) @ np.abs(x)
+        parameter_term = abs(value) * abs(scaled.slope(system.parameter, changes, root))
+        sizes = (abs(problem.K) + parameter_term) @ np.abs(x)
         largest = ROUNDED * np.sum(np.abs(y) * sizes, axis=0)
         largest[0] = np.inf  # the first pair counts as a root: only the second one is checked
     crosses_here = residuals <= largest  # (pairs,)
@@ -458,9 +458,9 @@ def _residuals_nearby(
 
     def magnitude(X: csc_array) -> NDArray[np.float64]:
         """(|x^H X x| |y^H X y|)^1/2 (k,): |y^H X x| but for a double root, of which that is 0."""
-        of_x = np.abs(np.sum(x.conj() * (X @ x), axis=0))
-        of_y = np.abs(np.sum(y.conj() * (X @ y), axis=0))
-        return np.sqrt(of_x * of_y)
+        x_form = np.abs(np.sum(x.conj() * (X @ x), axis=0))
+        y_form = np.abs(np.sum(y.conj() * (X @ y), axis=0))
+        return np.sqrt(x_form * y_form)
 
     by_mass = 2 * abs(root) ** 2 * magnitude(problem.M)
     by_damping = abs(root) * magnitude(problem.C)

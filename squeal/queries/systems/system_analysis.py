@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from squeal.errors import ComputationError, InputError, meant
 from squeal.io.system import SystemFile
+from squeal.io.writing import JsonObject
 from squeal.linear.damping import frictionless
 from squeal.linear.matrices import why_no_mass
 from squeal.linear.system import System, TermSystem, warn_of_unused_parameters
@@ -97,7 +97,7 @@ class SystemAnalysis:
         return SystemAnalysis(file, selection)
 
     @property
-    def component_reduction(self) -> dict[str, Any] | None:
+    def component_reduction(self) -> JsonObject | None:
         """How components were reduced before they were joined, as JSON holds it; None if no
         component was."""
         if self.file.assembly is None:
@@ -155,8 +155,9 @@ def _warn_of_held_damping(file: SystemFile, names: Iterable[str]) -> None:
     """Warn of damping that does not change with varied parameters of the matrix it is of."""
     held = sorted(file.held.intersection(names))
     if held:
-        words = f"damping does not follow {', '.join(held)}, it is that of the given parameters"
-        Place(file.system.name).warn(words)
+        Place(file.system.name).warn(
+            f"damping does not follow {', '.join(held)}, it is that of the given parameters"
+        )
 
 
 def _warn_of_missing_mass(system: TermSystem) -> None:
@@ -170,8 +171,9 @@ def _warn_of_missing_mass(system: TermSystem) -> None:
     if reason and is_symmetric(M):
         _, _, K = system.at(frictionless(system))
         if is_symmetric(K):
-            words = "the answer is that of the matrices as they are"
-            Place(system.name or "system").warn(f"{reason}; {words}")
+            Place(system.name or "system").warn(
+                f"{reason}; the answer is that of the matrices as they are"
+            )
 
 
 def _warn_of_swapped_matrices(system: TermSystem) -> None:
