@@ -161,7 +161,7 @@ class Step:
         records = Table(ROOT, roots).records()
         for k, (mode, record) in enumerate(zip(self.mode_numbers, records, strict=True)):
             entry = {"mode": mode} | record
-            row = {key: value for key, value in entry.items() if value is not None}
+            row: JsonObject = {key: value for key, value in entry.items() if value is not None}
             if self.corrected is not None:
                 row["error"] = roots[k].rounding
                 row["corrected"] = bool(self.corrected[k])
