@@ -183,7 +183,7 @@ def _system_condition(
 
     Roots whose backward error is too large are left out.
     """
-    from squeal.queries.systems.known import known_roots
+    from squeal.queries.systems.data_precision import roots_of_file
     from squeal.queries.systems.reduced import estimated_roots
     from squeal.queries.systems.verdicts import verdict_of_some
 
@@ -193,10 +193,10 @@ def _system_condition(
         rounding = np.array([root.rounding for root in roots])
         return _solved(changes, roots, verdict_of_some(values, rounding))
     file = analysis.file.replaced(changes)
-    solution = known_roots(file, analysis.selection, is_judged=False)  # without the referee
+    solution = roots_of_file(file, analysis.selection, is_judged=False)  # without the referee
     # where the backward error of a root is too large for a verdict the referee may know better
     if not all(root.decides for root in solution.computed):
-        solution = known_roots(file, analysis.selection)
+        solution = roots_of_file(file, analysis.selection)
     accepted = [root for root in solution.computed if root.decides]
     return _solved(changes, accepted, solution.verdict)
 

@@ -24,7 +24,7 @@ from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import TermSystem
 from squeal.queries.options import Band, RandomNumbers, Region, seed_of
 from squeal.queries.systems.all_roots import is_small, roots_of_all
-from squeal.queries.systems.known import known_roots
+from squeal.queries.systems.data_precision import roots_of_file
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.queries.systems.roots import SystemRoots
 from squeal.queries.systems.seat import warn_of_held_seat
@@ -383,8 +383,8 @@ def optimise(
         raise InputError("band: is missing; a large system is optimised in a band or a region")
     result = _best_of_searches(system, selection, ranges, starts, seed)
     PROGRESS.get()("the full system before and after")
-    before = known_roots(analysis.file, selection)
-    after = known_roots(analysis.file, selection, system.replace(result.parameters))
+    before = roots_of_file(analysis.file, selection)
+    after = roots_of_file(analysis.file, selection, system.replace(result.parameters))
     if result.residual > RESIDUAL_TOLERANCE:
         residual = f"a residual of {result.residual:.2g} in the full problem"
         words = f"{residual}, {RESIDUAL_TOLERANCE:g} is wanted"

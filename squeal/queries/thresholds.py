@@ -373,7 +373,7 @@ def system_thresholds_with_proof(
     """
     from squeal.queries.ranges import PROVED_ROWS, SEARCHES, exact_range
     from squeal.queries.systems.all_roots import is_small
-    from squeal.queries.systems.known import with_doubts
+    from squeal.queries.systems.data_precision import with_doubts
     from squeal.queries.systems.matrices import ALL_ROWS
     from squeal.queries.systems.seat import thresholds_as_seated
     from squeal.queries.systems.sensitivity import widened
@@ -456,11 +456,11 @@ def _judged_at_start(analysis: SystemAnalysis, answer: Thresholds, refereed: boo
 
     refereed: whether the referee judges the roots at the lower end.
     """
-    from squeal.queries.systems.known import known_roots, open_by_digits, with_doubts
+    from squeal.queries.systems.data_precision import open_by_digits, roots_of_file, with_doubts
 
     file = analysis.file
     system = file.system.replace({file.system.parameter: answer.low})
-    roots = known_roots(file, analysis.selection, system, refereed)
+    roots = roots_of_file(file, analysis.selection, system, refereed)
     answer = replace(answer, verdict=roots.verdict)
     proof = answer.proof or {}  # as JSON holds it
     # without a proof nothing is certified of a small system; an open one gets a further reason

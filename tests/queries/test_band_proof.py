@@ -71,7 +71,7 @@ def test_a_wrong_list_is_not_certified(system, monkeypatch):
         roots = system_roots(*given, **more)
         return replace(roots, eigenvalues=roots.eigenvalues[:-1])
 
-    monkeypatch.setattr("squeal.queries.systems.known.system_roots", without_one)
+    monkeypatch.setattr("squeal.queries.systems.data_precision.system_roots", without_one)
     answer = squeal.eigenvalues(system, 0.4, band=BAND, prove=True)
     assert not answer.certified
     assert answer.proof["status"] == "open"

@@ -15,11 +15,11 @@ from squeal.linear.paths import onsets
 from squeal.linear.system import System
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.band_proof import with_band_proof
-from squeal.queries.systems.known import (
+from squeal.queries.systems.data_precision import (
     accuracy_by_digits,
     digits_of_files,
-    known_roots,
     open_by_digits,
+    roots_of_file,
 )
 from squeal.queries.systems.matrices import matrix_list, system_checks
 from squeal.queries.systems.proofs import Statement
@@ -151,7 +151,7 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
                 raise InputError("look: must be a sweep of the same band, region or modes")
             changes = {system.parameter: system.parameters[system.parameter]}
             return roots_of_first_look(source.reduction, analysis.selection, changes)
-    roots = known_roots(file, analysis.selection, is_judged=prove is not False)
+    roots = roots_of_file(file, analysis.selection, is_judged=prove is not False)
     if prove and not is_small(system):
         return with_band_proof(file, analysis.selection, roots)
     return roots

@@ -350,10 +350,10 @@ def _as_proved(
             # a rigid-body motion: its roots are zero within what the data allow
             if any(piece.side == "free" for piece in proof.pieces):
                 reason = FREE
-    roots_with_errors = with_matches(roots, proof.matches)
+    matched_roots = with_matches(roots, proof.matches)
     growth = proof.growth_below if proof.growth_below < math.inf else None
     statement = Statement(status, proof.by, growth, proof.data, reason, as_complex(proof.where))
-    return RefereedRoots(roots_with_errors, (verdict, criterion), statement)
+    return RefereedRoots(matched_roots, (verdict, criterion), statement)
 
 
 def _only_verdict(proof: Proof) -> str | None:

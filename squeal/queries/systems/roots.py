@@ -66,7 +66,7 @@ WIDER = 1.1
 """The region of a band is so many times as wide as the largest growth or decay rate in it."""
 
 AddErrors = Callable[[EigenvalueTuple], EigenvalueTuple]
-"""Adds to roots how far their true values may be off, see `squeal.queries.systems.known`."""
+"""Adds to roots how far their true values may be off, see `data_precision.error_bounds`."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.numerics.differentiation import Formula
-from squeal.queries.systems.known import with_doubts
+from squeal.queries.systems.data_precision import with_doubts
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Place
 from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly

@@ -25,7 +25,7 @@ from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
 from squeal.linear.verdicts import ACCEPTED
 from squeal.numerics.differentiation import Formula
-from squeal.queries.systems.known import digits_of_files
+from squeal.queries.systems.data_precision import digits_of_files
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity

@@ -17,7 +17,7 @@ from squeal.linear.paths import Loss, continued, mode_numbers
 from squeal.linear.roots import lowest, ordered
 from squeal.queries.mode_numbers import assign_mode_numbers
 from squeal.queries.systems.all_roots import NO_BAND, is_small
-from squeal.queries.systems.known import known_roots
+from squeal.queries.systems.data_precision import roots_of_file
 from squeal.queries.systems.reduced import ComputedRoots, roots_of_reduction
 from squeal.queries.systems.seat import doubt_of_seat
 from squeal.results.sources import EigenvalueSelection
@@ -187,7 +187,7 @@ def qualified_by_data(file: SystemFile, selection: EigenvalueSelection, step: St
     if step.certified is None:  # of a reduced system, whose roots nothing counts
         system = file.system.replace({file.system.parameter: step.value})
         if system.digits and is_small(system):
-            roots = known_roots(file, selection, system, is_judged=False)
+            roots = roots_of_file(file, selection, system, is_judged=False)
             if roots.verdict is None and any(root.sign_is_open for root in roots.computed):
                 return replace(step, verdict=None)
     elif step.certified and (file.assumptions or doubt_of_seat(file, step.value)):
@@ -206,7 +206,7 @@ def _roots_of_full(
     """
     system = file.system.replace({file.system.parameter: value})
     PROGRESS.get()(f"{system.parameter} = {value:g}")
-    solved = known_roots(file, selection, system, is_judged)
+    solved = roots_of_file(file, selection, system, is_judged)
     tracked = []
     for root in solved.computed:
         if not system.real or root.value.imag >= 0.0:

@@ -96,7 +96,7 @@ def _has_structure(system: TermSystem) -> bool:
     return True
 
 
-def known_roots(
+def roots_of_file(
     file: SystemFile,
     selection: EigenvalueSelection,
     system: TermSystem | None = None,
