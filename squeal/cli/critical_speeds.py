@@ -17,14 +17,15 @@ from squeal.errors import InputError
 
 
 def _are_orders(low: float, high: float = math.nan) -> bool:
-    """True if so many orders per turn, or those from low to high, may be asked for."""
+    """True if the order `low`, or orders from low to high, are allowed: multiples of the speed."""
     highest = low if math.isnan(high) else high
     return 0.0 < low <= highest <= 100.0 and (highest - low) % 1.0 == 0.0
 
 
 def _orders(low: float, high: float = 0.0) -> tuple[float, ...]:
-    """The orders from low to high, one apart; low alone without a high."""
-    return tuple(np.arange(low, max(low, high) + 0.5).tolist())
+    """The orders from low to high, one apart, both included; low alone without a high."""
+    end = max(low, high) + 0.5  # which is not reached
+    return tuple(np.arange(low, end).tolist())
 
 
 ORDERS = numbers(

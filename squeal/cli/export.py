@@ -105,7 +105,8 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     for X, errors in zip(analysis.matrices, radii or (None, None, None), strict=True):
         parts.append((Term(X, digits=DIGITS, errors=errors),))
     mass, damping, stiffness = parts
-    if not analysis.matrices[1].any():
+    _, C, _ = analysis.matrices
+    if not C.any():
         damping = ()
     system = squeal.System(mass, damping, stiffness, name=Path(name).stem)
     if doubt:

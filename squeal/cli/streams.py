@@ -86,15 +86,15 @@ def steps() -> Callable[[str], None]:
     A terminal shows every step. Elsewhere (a pipe, a file) a step is printed only if more than
     `SILENCE` seconds have passed since the last one that was printed, or since the work began.
     """
-    said = time.monotonic()
+    printed_at = time.monotonic()
 
-    def tell(text: str) -> None:
-        nonlocal said
-        if sys.stderr.isatty() or time.monotonic() > said + SILENCE:
-            said = time.monotonic()
+    def show(text: str) -> None:
+        nonlocal printed_at
+        if sys.stderr.isatty() or time.monotonic() > printed_at + SILENCE:
+            printed_at = time.monotonic()
             say(f"squeal: {text}")
 
-    return tell
+    return show
 
 
 def counter(what: str) -> Callable[[int, int], None]:
@@ -104,7 +104,7 @@ def counter(what: str) -> Callable[[int, int], None]:
     as by `steps`.
     """
     begun = time.monotonic()
-    tell = steps()
+    show_step = steps()
 
     def show(done: int, count: int) -> None:
         line = ""
@@ -113,7 +113,7 @@ def counter(what: str) -> Callable[[int, int], None]:
         if sys.stderr.isatty():
             say(line, end="")
         elif line:
-            tell(line)
+            show_step(line)
 
     return show
 

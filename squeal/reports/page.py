@@ -143,7 +143,7 @@ def _feeds(report: Findings) -> Table:
     """
     modes = _growing(report)
     hertz: dict[int, float] = {}  # by mode
-    works: dict[int, dict[str, float]] = {mode: {} for mode in modes}  # by term, 1/s
+    rates: dict[int, dict[str, float]] = {mode: {} for mode in modes}  # by mode and term, 1/s
     for contribution in report.energy.contributions:
         mode = contribution.mode
         if mode not in modes:
@@ -156,13 +156,14 @@ def _feeds(report: Findings) -> Table:
             if term != contribution.role:
                 term += role
             # terms of one name are added, as those of two contacts
-            works[mode][term] = works[mode].get(term, 0.0) + contribution.growth
+            rates[mode][term] = rates[mode].get(term, 0.0) + contribution.growth
     columns = [Column("term", value=str)]
-    for mode, of_mode in works.items():
+    terms: list[str] = []
+    for mode, rate_of_term in rates.items():
         head = f"mode {mode}, {number(hertz[mode], 4)} Hz"
-        columns.append(Column(head, words=head, shown=_signed(of_mode)))
-    terms = dict.fromkeys(term for of_mode in works.values() for term in of_mode)
-    return Table(columns, list(terms))
+        columns.append(Column(head, words=head, shown=_signed(rate_of_term)))
+        terms += rate_of_term
+    return Table(columns, list(dict.fromkeys(terms)))
 
 
 def _shares(report: Findings) -> Table:

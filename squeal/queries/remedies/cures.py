@@ -217,12 +217,11 @@ class _Search:
         confirmed = self._confirm(cures)
         if confirmed is None:
             return
-        # damping of both, which is confirmed first, is compared with itself
-        of_both = self.confirmed.get(Cure.BOTH, confirmed)
-        holds_as_far = confirmed.end >= of_both.end and not confirmed.at_present_alone
-        is_enough = of_both.at_present_alone or holds_as_far
-        if Cure.APART not in cures.values() and not is_enough:
-            return
+        of_both = self.confirmed.get(Cure.BOTH)  # None while damping of both itself is added
+        if of_both and not of_both.at_present_alone and Cure.APART not in cures.values():
+            holds_as_far = not confirmed.at_present_alone and confirmed.end >= of_both.end
+            if not holds_as_far:
+                return
         for mode, cure in cures.items():
             self.confirmed[cure] = confirmed
             meeting = self.meetings[mode]

@@ -199,16 +199,16 @@ def _unexplained_at_clusters(
         least_above, most_above = continuation.at(above).count_bounds
         rise = sum(event.rise for event in cluster)
         at_cluster = f"{continuation.name} = {cluster[0].value:.6g}"
-        # more roots grow above than the events bring. Excepted is a cluster in which a real root
-        # crosses: another growing root may have come there from frequencies above the band
+        # more roots grow above than grew below and began at the cluster. Excepted is a cluster in
+        # which a real root crosses: a growing root may have come there from above the band
         if most_below + rise < least_above and all(event.omega > 0.0 for event in cluster):
             unexplained.append(
                 f"what grows beside {at_cluster} does not follow from what crosses there; a "
                 f"growing mode may have entered {band}"
             )
-        # fewer roots grow above than the events bring: some growth just above the cluster has ended
-        # on the way. Just above it growth may hide in rounding: it is what grows just below, and
-        # what crosses. As many roots as have left the band are excepted
+        # fewer roots grow above: some growth has ended between the cluster and the typical value,
+        # or has left the band. Next to the cluster rounding may hide it on the upper side: it is
+        # counted as what grows next to the cluster on the lower side, and what crosses
         before = max(continuation.low, cluster[0].value - margin)
         after = cluster[-1].value + margin
         if least_below + rise > most_above and after < above:

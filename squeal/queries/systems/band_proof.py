@@ -10,7 +10,7 @@ from squeal.errors import InputError
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING
 from squeal.linear.eigen import values_of
-from squeal.queries.systems.proofs import Statement, as_complex, with_matches
+from squeal.queries.systems.proofs import Statement, as_complex, with_proved_bounds
 from squeal.queries.systems.roots import SystemRoots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
@@ -49,19 +49,19 @@ def with_band_proof(
         where = as_complex(proof.where)
         statement = Statement("open", proof.by, data=proof.data, reason=reason, where=where)
         return replace(roots, judged_by=statement)
-    eigenvalues = with_matches(roots.eigenvalues, proof.matches)
+    eigenvalues = with_proved_bounds(roots.eigenvalues, proof.matches)
     statement = Statement("proved", proof.by, growth_below=proof.growth_below, data=proof.data)
     return replace(roots, eigenvalues=eigenvalues, judged_by=statement)
 
 
 def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
-    """The modes with the verdict of their count, and why the referee leaves them open.
+    """The modes with the verdict of their count, and a note why the referee leaves them open.
 
-    Growth of which it encloses every mode and proves that none grows has no verdict.
+    Where it proves of every mode listed as growing that it does not grow, the verdict becomes open.
     """
-    sides = set()  # of the modes that are listed as growing
+    sides = set()  # of the imaginary axis, as proved of the modes that are listed as growing
     bound = 0.0  # how far a mode may lie off whose growth is not proved, 1/s
-    # without enclosures there are no matches
+    # each mode is matched with one piece; without enclosures there are no matches
     for root, (piece,) in zip(roots.computed, proof.matches, strict=False):
         if root.kind in GROWING:
             sides.add(piece.side)
@@ -72,7 +72,7 @@ def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
         reason = f"the bound of this band ({bound:.3g} 1/s) exceeds the growth; "
         reason += "a narrower band may be proved"
     noted = replace(roots, notes=(*roots.notes, f"not proved: {reason}"))
-    if bound or "grows" in sides or not sides:
+    if bound or "grows" in sides or not sides:  # a mode may grow, or none is listed as growing
         return noted
-    decaying = with_matches(roots.eigenvalues, proof.matches)
+    decaying = with_proved_bounds(roots.eigenvalues, proof.matches)
     return replace(noted, eigenvalues=decaying, verdict=None, criterion=f"{OPEN}{reason}")

@@ -179,9 +179,13 @@ def refereed(
     """Let the referee judge all roots of a small system, and take what it proves into the answer.
 
     The list is replaced by the roots that the referee encloses itself, if it can prove them, in
-    three cases: the list is refuted; it is proved, but holds a root that the solver failed to
-    solve, or missed by more than printed digits; it is open only because its roots cannot be
-    assigned to enclosures, one to one.
+    four cases:
+
+    - It is refuted.
+    - Exact arithmetic counts fewer finite roots, of entries as they are.
+    - It is proved, but holds a root that the solver failed to solve, or missed by more than printed
+      digits.
+    - It is open only because its roots cannot be assigned to enclosures, one to one.
 
     Parameters
     ----------
@@ -237,7 +241,7 @@ def refereed(
         proved = _if_proved(system, enclosed, sharpest_proof, data)
         if proved is not None:
             return proved
-    return _as_proved(roots, judged, proof, data)
+    return _with_proof(roots, judged, proof, data)
 
 
 def _is_off(root: Eigenvalue, match: tuple[Piece, ...]) -> bool:
@@ -259,7 +263,7 @@ def _if_proved(
     proof_of_enclosed = _proof_of(system, enclosed, only_verdict)
     if only_verdict is None or proof_of_enclosed.status != "proved":
         return None
-    return _as_proved(enclosed, (only_verdict, BY_REFEREE), proof_of_enclosed, data)
+    return _with_proof(enclosed, (only_verdict, BY_REFEREE), proof_of_enclosed, data)
 
 
 def _with_roots_of_referee(
@@ -293,7 +297,7 @@ def _with_roots_of_referee(
         return RefereedRoots(refuted, verdict, statement)
     if only_verdict is not None:
         verdict = (only_verdict, BY_REFEREE)
-    return _as_proved(enclosed, verdict, proof, data)
+    return _with_proof(enclosed, verdict, proof, data)
 
 
 def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) -> Proof:
@@ -303,7 +307,7 @@ def _proof_of(system: Quadratic, roots: EigenvalueTuple, verdict: str | None) ->
     return prove_roots(system, values_of(roots), verdict)
 
 
-def _as_proved(
+def _with_proof(
     roots: EigenvalueTuple, judged: VerdictAndCriterion, proof: Proof, data: Data
 ) -> RefereedRoots:
     """Take into an answer what a proof says of roots that it does not refute.
@@ -350,7 +354,7 @@ def _as_proved(
             # a rigid-body motion: its roots are zero within what the data allow
             if any(piece.side == "free" for piece in proof.pieces):
                 reason = FREE
-    matched_roots = with_matches(roots, proof.matches)
+    matched_roots = with_proved_bounds(roots, proof.matches)
     growth = proof.growth_below if proof.growth_below < math.inf else None
     statement = Statement(status, proof.by, growth, proof.data, reason, as_complex(proof.where))
     return RefereedRoots(matched_roots, (verdict, criterion), statement)
@@ -406,8 +410,10 @@ def exact_spectrum(
     return _roots_of_pieces(arrays, pieces)
 
 
-def with_matches(roots: EigenvalueTuple, matches: Sequence[tuple[Piece, ...]]) -> EigenvalueTuple:
-    """Take what is proved of each root into it.
+def with_proved_bounds(
+    roots: EigenvalueTuple, matches: Sequence[tuple[Piece, ...]]
+) -> EigenvalueTuple:
+    """Roots with the bounds that are proved of each.
 
     Parameters
     ----------
@@ -418,11 +424,11 @@ def with_matches(roots: EigenvalueTuple, matches: Sequence[tuple[Piece, ...]]) -
     """
     if not matches:
         return roots
-    return tuple(map(_with_match, roots, matches))
+    return tuple(map(_with_bounds_of, roots, matches))
 
 
-def _with_match(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
-    """Take the pieces among which a root lies into it.
+def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
+    """A root with the bounds of the pieces among which it lies.
 
     - Its real part is clipped to their bounds.
     - Its `rounding` is raised to the distance to which it is known, or set to it where it was

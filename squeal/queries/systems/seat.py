@@ -36,9 +36,11 @@ def seat_note(file: SystemFile) -> str:
 def seat_parameters(file: SystemFile) -> list[str]:
     """Names of the parameters that act through the seat.
 
-    While the seat is held, derivatives by such a parameter miss that effect. They are the
-    parameters of loads and of keys of contact, on which no matrix depends, and those but the free
-    one of the factor of a contact whose pairs open, stiffen or damp.
+    While the seat is held, derivatives by such a parameter miss that effect. They are
+
+    - parameters of loads and of keys of contact, on which no matrix depends;
+    - parameters, but for the free one, in the factor of a contact that may change: one with pairs
+      that open, stiffen or damp.
     """
     assembly = file.assembly
     if assembly is None:
