@@ -24,8 +24,7 @@ def _are_orders(low: float, high: float = math.nan) -> bool:
 
 def _orders(low: float, high: float = 0.0) -> tuple[float, ...]:
     """The orders from low to high, one apart, both included; low alone without a high."""
-    end = max(low, high) + 0.5  # which is not reached
-    return tuple(np.arange(low, end).tolist())
+    return tuple(np.arange(low, max(low, high) + 0.5).tolist())
 
 
 ORDERS = numbers(

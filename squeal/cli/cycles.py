@@ -14,14 +14,13 @@ from squeal.queries.cycles import WINDOWS
 
 def options(parser: Parser) -> None:
     """Options of `squeal cycles`."""
-    add = parser.add_argument
-    add(
+    parser.add_argument(
         "--over",
         metavar="NAME:LOW:HIGH",
         read=named_range,
         help="follow the motion over this parameter, such as mu:0.1:0.6",
     )
-    add(
+    parser.add_argument(
         "--windows",
         metavar="N",
         read=whole(1, 100_000),

@@ -24,9 +24,10 @@ def options(parser: Parser) -> None:
         help="a parameter and the range in which it may lie (repeatable)",
     )
     take(parser, "band")
-    add = parser.add_argument
-    add("--starts", metavar="N", read=whole(1, 10_000), default=4, help="number of searches (4)")
-    add(
+    parser.add_argument(
+        "--starts", metavar="N", read=whole(1, 10_000), default=4, help="number of searches (4)"
+    )
+    parser.add_argument(
         "--seed",
         metavar="N",
         read=whole(0, 2**32 - 1),

@@ -73,9 +73,8 @@ class BrakeAnswers(Answer):
     @property
     def is_of_band_alone(self) -> bool:
         """Whether nothing was looked at outside of a band; of small systems all roots are known."""
-        if not self.eigenvalues.extent:
-            return False
-        return not is_small(getattr(self.subject, "system", self.subject))
+        system = getattr(self.subject, "system", self.subject)
+        return bool(self.eigenvalues.extent) and not is_small(system)
 
     @property
     def growth_outside(self) -> str:

@@ -145,11 +145,11 @@ class Findings(BrakeAnswers):
         if spectrum.depends:
             text += f" at {self.at(spectrum.value)}"
         text += f". {self.loss}"
-        vibrating = [pair for pair in spectrum.of_modes if pair[1].value.imag > 0.0]
+        vibrating = {root: mode for mode, root in spectrum.of_modes if root.value.imag > 0.0}
         if vibrating and spectrum.verdict != "marginal":
-            mode, root = min(vibrating, key=lambda pair: pair[1].damping_ratio)
+            root = min(vibrating, key=lambda root: root.damping_ratio)
             ratio = number(100.0 * root.damping_ratio, 3)
-            text += f" Damped least is {mode_name(mode, root.frequency_hz)}: {ratio} %."
+            text += f" Damped least is {mode_name(vibrating[root], root.frequency_hz)}: {ratio} %."
         if self.growth_outside:
             text += f" But {self.growth_outside}."
         elif self.is_of_band_alone:

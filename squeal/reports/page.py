@@ -194,6 +194,7 @@ def _moves(report: Findings) -> Table:
     names = [name for name in strengths if any(strengths[name])]
     names.sort(key=strengths.__getitem__, reverse=True)
     columns = [Column("parameter", value=str)]
+    # the second result of `step` is the step in words
     columns.append(Column("change", value=lambda name: report.sensitivity.step(name)[1]))
     for head, changes in effects.items():
         columns.append(Column(head, words=head, value=changes.get, shown=_signed(changes)))

@@ -124,8 +124,10 @@ def report(
     losses = thresholds(subject, end, low, **options)
     spectrum = eigenvalues(subject, **options)
     if low is not None and spectrum.value < low:
-        most = f"at most {spectrum.value:g}, the present {losses.parameter}"
-        raise InputError(f"low: {low:g} is not allowed; it must be {most}")
+        raise InputError(
+            f"low: {low:g} is not allowed; it must be at most {spectrum.value:g}, the present "
+            f"{losses.parameter}"
+        )
     rotor = _critical_speeds(subject, losses, band, memory)
     # modes get the numbers of the chart before any further answer names them
     chart = _chart(losses, spectrum.value, rotor is not None)

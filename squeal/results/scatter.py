@@ -203,8 +203,8 @@ class Scatter(Answer):
         """
         from scipy.stats import binom  # slow to load, and no figure of another answer needs it
 
-        known = len(self.rows)
-        count = known + self.failed
+        computed = len(self.rows)
+        count = computed + self.failed
         values = [None if sample.has_no_threshold else sample.value for sample in self.rows]
         quantiles = []
         for level in LEVELS:
@@ -212,13 +212,13 @@ class Scatter(Answer):
             # failed samples lie below it as well, at most so many if no failed sample does
             least_below = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - self.failed
             most_below = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
-            index = max(math.ceil(level * known) - 1, 0)  # of the sample that is the quantile
+            index = max(math.ceil(level * computed) - 1, 0)  # of the sample that is the quantile
             # beyond the samples the interval is open; only a friction is known to be at least 0
             low = 0.0 if self.of == "threshold" else None
             high = None
             if least_below > 0:
                 low = values[least_below - 1]
-            if most_below < known:
+            if most_below < computed:
                 high = values[most_below]
             quantiles.append(Quantile(level, values[index], low, high))
         return tuple(quantiles)
@@ -241,16 +241,18 @@ class Scatter(Answer):
         """
         results = ["kind", "frequency_hz"]
         if self.of == "growth":
-            head_of_value = ("growth_rate", "1/s")
+            value_name = "growth_rate"
+            unit = "1/s"
             results += ["unstable", "propensity", "residual"]
         else:
             if self.basis is not None:
                 results.append("residual")
-            head_of_value = (parameter_heading(self.name, ["share", *results]), "")
-        others = [head_of_value[0], "share", *results]
-        parameters = [parameter_heading(name, others) for name in self.spreads]
-        heads = [head_of_value, ("share", "")]
-        heads += [(name, "") for name in results + parameters]
+            value_name = parameter_heading(self.name, ["share", *results])
+            unit = ""
+        others = ["share", *results]
+        parameters = [parameter_heading(name, [value_name, *others]) for name in self.spreads]
+        heads = [(value_name, unit)]
+        heads += [(name, "") for name in others + parameters]
         rows = []
         for rank, sample in enumerate(self.rows, 1):
             row = [sample.value, rank / len(self.rows)]

@@ -125,7 +125,7 @@ class Thresholds(Answer):
             return max(high - row.mu, row.mu - low)
 
         unit = unit_of(self.source)
-        table = [
+        columns = [
             Column(
                 "mu",
                 shown=lambda row: located(row.mu, *row.interval),
@@ -144,11 +144,11 @@ class Thresholds(Answer):
             Column("error", value=error, shown=lambda row: number(error(row), 2)),
         ]
         if unit:
-            table.insert(1, Column("rpm", value=lambda row: RPM * row.mu))
+            columns.insert(1, Column("rpm", value=lambda row: RPM * row.mu))
         nothing = "no change of stability"
         if self.details.get("unconfirmed"):  # growth begins at no listed threshold
             nothing += " was located"
-        return Table(table, rows, nothing=nothing)
+        return Table(columns, rows, nothing=nothing)
 
     def parts(self) -> Sequence[str | Table]:
         if self.proof_line:

@@ -536,9 +536,11 @@ def _select_region(
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:  # nothing grows
         verdict, criterion = judged
-        judged_inside = judge_roots(inside)
-        if verdict == "marginal" and (not inside or judged_inside[0] == "stable"):
-            verdict, criterion = judged_inside  # a root outside makes the whole list marginal
+        verdict_inside, criterion_inside = judge_roots(inside)
+        # a root outside may make the whole list marginal
+        if verdict == "marginal" and (not inside or verdict_inside == "stable"):
+            verdict = verdict_inside
+            criterion = criterion_inside
     return SystemRoots(
         eigenvalues=tuple(inside),
         region=region,

@@ -98,9 +98,9 @@ def warn_of_held_seat(file: SystemFile, verb: str) -> None:
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
     """Add the note on the seat to thresholds, which were located with the seat held.
 
-    Contact is seated anew at the crossings, and if no seat differs there at some values along the
-    range up to the first that differs. Thresholds are not certified if a seat differs, since
-    another seat may lose stability where the held one does not.
+    Contact is seated anew at the crossings. If no seat differs there it is seated anew along the
+    range, up to the first value at which it differs. Thresholds are not certified if a seat
+    differs, since another seat may lose stability where the held one does not.
     """
     note = seat_note(file)
     if not note:
