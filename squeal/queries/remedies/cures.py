@@ -137,7 +137,7 @@ class _Search:
         self.confirmed: dict[Cure, _Confirmed] = {}
 
     def choose(self, candidates: Mapping[int, Sequence[Meeting]]) -> None:
-        """Choose the candidates of the growing modes with which most cures are confirmed.
+        """Choose the real modes behind each growing mode with which most cures are confirmed.
 
         The k-th candidates of all growing modes are tried together, of a mode with fewer its last.
         Separation and damping count a point each if they are confirmed at the present value, and a
@@ -209,7 +209,8 @@ class _Search:
         return all(meeting.is_pair for meeting in self.meetings.values())
 
     def _add_if_confirmed(self, cures: Cures) -> None:
-        """Add cures to `confirmed` and to the meetings if they are confirmed.
+        """Search amounts of cures, and add them to `confirmed` and to the meetings if they stop all
+        that grows.
 
         Damping of one mode of each pair is added only if it stops growth up to the value up to
         which damping of both does.

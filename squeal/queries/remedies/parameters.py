@@ -294,11 +294,11 @@ class _Search:
         self.changed_brakes = ChangedBrakes(brake.spectrum, directions)
 
     def least_changes(self) -> Sequence[tuple[Change, Change | None]]:
-        """For each direction the least change that stops all that grows, with the least larger one
-        that leaves a margin, or None; directions that stop nothing are left out.
+        """For each direction (a parameter raised, or lowered) the least change that stops all that
+        grows, and the least larger one that leaves a margin of the free parameter, or None.
 
-        First comes the smallest with a margin, last those without one. Large changes are tried if
-        no small one stops all.
+        Directions in which no change stops all are left out. First comes the smallest with a
+        margin, last those without one. Large changes are tried if no small one stops all.
         """
         stopping = self.changed_brakes.stopping
         least = _least_passing(self.directions, self.steps, stopping)

@@ -123,7 +123,8 @@ class TreatedBrake:
         return bool(self.brake.eigenvalues_of(self._changed(treatment)).unstable)
 
     def refuted(self, treatment: Treatment, values: Sequence[float]) -> Refutation:
-        """Whether something grows with a treatment, and at which value of the free parameter.
+        """Whether something grows with a treatment (real modes separated or damped), and at which
+        value of the free parameter.
 
         `values` are tried first, on the basis. Then thresholds of the full matrices show all values
         from the lower end of the range to the largest of `values`. Where no thresholds are searched
@@ -145,7 +146,10 @@ class TreatedBrake:
         return Refutation(grows_at, thresholds)
 
     def effect(self, treatment: Treatment, thresholds: Thresholds | None) -> Effect:
-        """What a treatment does; thresholds: those with it, None where none were searched."""
+        """What a treatment does at the present value of the free parameter, and beyond.
+
+        thresholds: those with the treatment, None where none were searched.
+        """
         value = self.brake.present
         roots = self.brake.selected_roots(thresholds, self._changed(treatment), value)
         loss = None if thresholds is None else loss_of(thresholds, thresholds.high)

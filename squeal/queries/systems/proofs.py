@@ -255,8 +255,9 @@ def _is_off(root: Eigenvalue, match: tuple[Piece, ...]) -> bool:
 def _if_proved(
     system: Quadratic, enclosed: EigenvalueTuple, proof: Proof, data: Data
 ) -> RefereedRoots | None:
-    """Judge the roots `enclosed` by the pieces of a proof, with the only verdict that it leaves.
+    """Let the referee judge the centres `enclosed` of its own enclosures as if they were a list.
 
+    The verdict on them is the only one that `proof`, which made the enclosures, leaves possible.
     None unless the referee proves the list and that verdict.
     """
     only_verdict = _only_verdict(proof)
@@ -430,6 +431,9 @@ def with_proved_bounds(
 def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     """A root with the bounds of the pieces among which it lies.
 
+    A piece is a union of discs that holds exactly as many roots as it has discs, with proved bounds
+    `low` and `high` of their real parts.
+
     - Its real part is clipped to their bounds.
     - Its `rounding` is raised to the distance to which it is known, or set to it where it was
       infinite (not known). A distance that shows in printed digits raises its `error` too.
@@ -454,9 +458,10 @@ def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
 
 
 def _roots_of_pieces(matrices: MCK, pieces: Sequence[Piece]) -> EigenvalueTuple:
-    """The roots at the centres of pieces, by rising frequency, with vectors and residuals there.
+    """The roots at the centres of the discs of pieces, by rising frequency, with vectors and
+    residuals there.
 
-    Their rounding is left to what is proved of them.
+    Their rounding is 0: how far they are off is what is proved of them.
     """
     from squeal.sparse.dense import spectrum_at  # which pads start without
     from squeal.sparse.quadratic import scaled_problem

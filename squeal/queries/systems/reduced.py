@@ -117,7 +117,7 @@ def reduced_for(
 def first_look_for_thresholds(
     system: TermSystem, selection: EigenvalueSelection, values: Sequence[Parameters]
 ) -> FirstLook | None:
-    """A projection onto real modes that is small and good enough for a search for thresholds.
+    """A first look: a projection onto real modes, small and good enough to search thresholds.
 
     It is much cheaper than `reduced_for`. values: the parameters at which it has to be good.
 

@@ -310,7 +310,8 @@ def roots_of_first_look(
 ) -> SystemRoots:
     """The selected roots at some parameters as a first look estimates them, without vectors.
 
-    Nothing counts them. Their `rounding` is the error of the estimate, 1/s.
+    A first look is a projection of a large system onto real modes and their corrections. Nothing
+    counts its roots. Their `rounding` is the error of the estimate, 1/s.
     """
     estimate = first_look.estimate_by_basis(changes)
     values = estimate.values

@@ -20,10 +20,11 @@ SAME = 1e-6  # of the largest: up to it stiffnesses and forces of two seats are 
 
 
 def seat_note(file: SystemFile) -> str:
-    """Report at which value of the free parameter contact is seated.
+    """Report at which value of the free parameter contact is seated: its static solution, which
+    says which pairs are closed, is computed there and held at all other values.
 
-    Empty without contact that has a seat. Given even if no matrix depends on the parameter: loads
-    and gaps may, and only seating anew shows it.
+    Empty without contact that has a seat. Not empty even if no matrix depends on the parameter:
+    loads and gaps may, and only seating anew shows it.
     """
     assembly = file.assembly
     if assembly is None or not any(contact.has_seat for contact in assembly.contacts):
@@ -34,7 +35,7 @@ def seat_note(file: SystemFile) -> str:
 
 
 def seat_parameters(file: SystemFile) -> list[str]:
-    """Names of the parameters that act through the seat.
+    """Names of the parameters that act through the seat, the static solution of contact.
 
     While the seat is held, derivatives by such a parameter miss that effect. They are
 
@@ -96,11 +97,12 @@ def warn_of_held_seat(file: SystemFile, verb: str) -> None:
 
 
 def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
-    """Add the note on the seat to thresholds, which were located with the seat held.
+    """Add a note on the seat to thresholds, which were located with the seat held.
 
-    Contact is seated anew at the crossings. If no seat differs there it is seated anew along the
-    range, up to the first value at which it differs. Thresholds are not certified if a seat
-    differs, since another seat may lose stability where the held one does not.
+    The seat is the static solution of contact: which pairs are closed, and their forces. Contact is
+    seated anew at the crossings. If no seat differs there it is seated anew along the range, up to
+    the first value at which it differs. Thresholds are not certified if a seat differs, since
+    another seat may lose stability where the held one does not.
     """
     note = seat_note(file)
     if not note:
@@ -120,7 +122,9 @@ def thresholds_as_seated(file: SystemFile, answer: Thresholds) -> Thresholds:
 def doubt_of_seat(file: SystemFile, value: float) -> str:
     """Report how contact seated at a value of the free parameter differs from the held seat.
 
-    Empty if it does not, and without contact that has a seat.
+    A seat is a static solution of contact: which pairs are closed, and their forces. It differs if
+    a stiffness of a pair does, or a force where forces damp. Empty if it does not differ, and
+    without contact that has a seat.
     """
     if not seat_note(file):
         return ""

@@ -181,8 +181,8 @@ def qualified_by_data(file: SystemFile, selection: EigenvalueSelection, step: St
 
     - The verdict of a reduced system, which knows nothing of digits, is withdrawn where the digits
       of files leave the sign of a growth rate of the system itself open.
-    - The certificate is withdrawn where something was assumed of the system, or where contact that
-      is seated anew differs from the held seat.
+    - The certificate is withdrawn where something was assumed of the system, or where the static
+      solution of contact at this value (the seat anew) differs from the held one.
     """
     if step.certified is None:  # of a reduced system, whose roots nothing counts
         system = file.system.replace({file.system.parameter: step.value})
