@@ -48,7 +48,7 @@ def _region_of(
         radius = float(sizes[: selection.modes][-1])  # of the highest of the lowest modes
     else:
         radius = lowest_modes(scaled.at(changes), selection.modes, certify=False).region.radius
-    radius *= 1.2  # rad/s: at other parameters the modes lie a little higher
+    radius *= 1.2  # rad/s: at other parameters the modes may lie higher
     if radius == 0.0:  # all of the modes are rigid-body motions, and give no scale
         radius = 1.0
     # a little below the real axis, so that real roots lie inside
