@@ -318,7 +318,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     extrema = Extrema(model)
     extrema.observe(cycle.segment)
     grid = Grid(cycle.segment, count=READINGS)
-    friction, damping, square = _integrals(model, grid)
+    friction, damping, squared_velocity = _integrals(model, grid)
     # `grid.ranges` has a row (least, greatest) for each motion of a grid: [0] is the only one here
     ranges = [grid.ranges(_coordinate(i))[0] for i in range(3)]  # of x, y and w theta
     # `to_si` converts states of six: three zeros stand for the rates, which are dropped after it
@@ -331,7 +331,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         value=float(cycle.value * scale),
         period=float(cycle.period * units.time),
         amplitude=tuple(units.to_si(half_ranges)[:3].tolist()),
-        velocity=float(np.sqrt(square / cycle.period) * units.velocity),
+        velocity=float(np.sqrt(squared_velocity / cycle.period) * units.velocity),
         extrema=extrema.result(),
         peak=_greatest_contact_force(model.law, grid),
         contacts=tuple(model.state_name(state) for state in cycle.contacts),
@@ -382,8 +382,8 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     squared_normal_velocity = grid.states[4] ** 2  # the rate of y
     integrands = np.array([power_of_friction, power_of_damping, squared_normal_velocity])
     weighted = integrands * grid.weights[:, None] * grid.steps.h  # quadrature over each step
-    of_friction, of_damping, square = weighted.sum(axis=(1, 2)).tolist()
-    return of_friction, of_damping, square
+    work_of_friction, energy_of_damping, squared_velocity = weighted.sum(axis=(1, 2)).tolist()
+    return work_of_friction, energy_of_damping, squared_velocity
 
 
 def _coordinate(i: int) -> Read:

@@ -42,7 +42,7 @@ from squeal.schema import public
 
 NO_CYCLE = 1e-8  # |D| over the sum of its parts below which a root does not oscillate
 ROUNDING = 1e-12  # of |Im lambda|: growth of at most so much is 0 but for rounding
-SPOKEN = 5  # modes that have a sentence
+SPOKEN = 5  # modes that have a sentence, and parts that a line names
 WEIGHT_IN_ROOT = {"M": 0.0, "C": 1.0, "K": 2.0}
 """The factors of dlambda/dM, dlambda/dC and dlambda/dK whose sum is lambda, see the module."""
 NEGLIGIBLE = 1e-3  # of the largest work of a role in a mode: a sentence leaves out smaller ones

@@ -104,8 +104,9 @@ class Paths:
     def meeting(self, group: tuple[int, ...]) -> float | None:
         """The value at which two modes meet; None if they never do, and of one mode.
 
-        There Re (lambda_1 - lambda_2)^2 turns positive. Unlike frequencies, which damping that
-        differs holds apart, this square is smooth where two modes meet.
+        There Re (lambda_1 - lambda_2)^2 turns positive: before it the roots differ in frequency, by
+        an imaginary number of negative square, and behind it in growth rate, by a real one. Unlike
+        frequencies, which damping that differs holds apart, this square is smooth at the meeting.
         """
         if len(group) < 2:
             return None

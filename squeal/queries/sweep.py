@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # pads start without the solvers of systems
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
 MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
-CHECKED = 25  # values of a sweep at which its basis is checked
+BASIS_VALUES = 25  # of a sweep at most, at which its reduced system is made
 DRAWN_OF_PADS = 201  # values of mu at which modes are drawn
 DRAWN_OF_SYSTEMS = 121  # values of the parameter in a figure of thresholds
 
@@ -171,7 +171,7 @@ def _system_sweep(
         method = "full" if is_small(system) else "modal"
     reduction = None
     if method != "full":
-        reduction = analysis.reduced(values, method, most=CHECKED)
+        reduction = analysis.reduced(values, method, most=BASIS_VALUES)
         if isinstance(reduction, FirstLook) and not reduction.is_complete:
             reduction = None  # it may lack roots: the system itself is solved
     steps, losses, reference = track_modes(
@@ -190,9 +190,10 @@ def _system_sweep(
 
 
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
-    """The eigenvalues over a range of the parameter whose thresholds are known, for a figure, and
-    at the subject's own value. Modes are numbered at `low`. The roots of a system are not judged by
-    the referee, since the thresholds say what is proved over the range.
+    """The eigenvalues at the values of the parameter that a figure of thresholds over a range needs.
+
+    The subject's own value is among them. Modes are numbered at `low`. The referee does not judge
+    the roots of a system, since the thresholds say what is proved over the range.
 
     Raises ComputationError if the branch of a pad's equilibria ends before `low`.
     """

@@ -82,9 +82,9 @@ def whirl_direction(
 def _by_term(
     system: TermSystem, speed: float, root: complex, shape: NDArray, of_orbits: str | None = None
 ) -> str | None:
-    """The direction of a shape by the first term that turns with the shaft and sees the shape,
-    summed over all discs.
+    """The direction of a shape by the first term that turns with the shaft and sees the shape.
 
+    It sees the shape if more than `UNSEEN` of its energy is in the term, summed over all discs.
     of_orbits: the direction of its orbits, if known. It is returned where no term sees the shape,
     and in place of mixed and straight.
     """

@@ -207,10 +207,11 @@ def analyse_about_origin(model: PadModel) -> PadAnalysis:
 def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> PadAnalysis:
     """Eigenvalues of a model about one of its equilibria, at the friction there, and the verdict.
 
+    Another equilibrium may take the place of the given one, see `known_linearisation`.
     how: the way in which the equilibrium was found, in words.
     """
-    at = model.replace(mu=equilibrium.mu)
-    linearisation = known_linearisation(at, equilibrium.q, equilibrium.state)
+    at_friction = model.replace(mu=equilibrium.mu)
+    linearisation = known_linearisation(at_friction, equilibrium.q, equilibrium.state)
     spectrum, judgement = roots_and_verdict(*linearisation.matrices)
     accepted = linearisation.moved or equilibrium
     return PadAnalysis(

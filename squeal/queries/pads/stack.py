@@ -461,7 +461,7 @@ class PadStack:
         grid = _friction_grid(intervals, mu_max)
         pad = intervals.pad[grid.interval]
         stability = self._judge(intervals, pad, grid.mu)
-        for which in range(len(stability.margins)):
+        for which in range(len(stability.margins)):  # changes the grid and the stability in place
             self._move_points_to_instability(intervals, grid, stability, which)
         unstable = np.flatnonzero(~stability.no_unstable_mode)
         # the pads that lose stability, and the first unstable point of each: points of a pad are in
