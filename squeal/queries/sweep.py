@@ -190,7 +190,7 @@ def _system_sweep(
 
 
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
-    """The eigenvalues at the values of the parameter that a figure of thresholds over a range needs.
+    """The eigenvalues at the values of the parameter that a figure of thresholds needs.
 
     The subject's own value is among them. Modes are numbered at `low`. The referee does not judge
     the roots of a system, since the thresholds say what is proved over the range.
