@@ -523,9 +523,8 @@ def doubt_of_counts(
             # show on which side of this end the threshold lies
             ends_are_clear = False
             continue
-        for (
-            share
-        ) in COUNT_DISTANCES:  # first close to the threshold, then where rounding hides less
+        # first close to the threshold, then where rounding hides less
+        for share in COUNT_DISTANCES:
             margin = _margin((start, stop), low, high, share)
             below = _count(system, start - min(margin, half_gap_below))
             above = _count(system, stop + min(margin, half_gap_above))

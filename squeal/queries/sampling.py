@@ -108,7 +108,7 @@ def _values_at(space: ParameterSpace, name: str, spread: Spread, probabilities: 
 
     ((kind, size),) = spread.items()
     at = Place("spreads")
-    if not isinstance(size, float):  # between two values
+    if not isinstance(size, float):  # of the kind "between", which has two values
         space.require(name, at)
         low, high = size
         if not low < high:

@@ -151,9 +151,9 @@ def damping_errors(scene: Scene) -> Array:
     model, q, state = without_friction(scene)
     M, _, K_given = linearise(model, q, state)
     linearisation = known_linearisation(model, q, state)
-    if linearisation.errors is None or (
-        linearisation.moved is not None and linearisation.moved.state != state
-    ):
+    moved = linearisation.moved
+    contact_differs = moved is not None and moved.state != state
+    if linearisation.errors is None or contact_differs:
         return np.full((3, 3), np.inf)
     mass_root = np.sqrt(np.outer(np.diag(M), np.diag(M)))
     A = K_given / mass_root
