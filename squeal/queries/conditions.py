@@ -173,7 +173,7 @@ def _pad_condition(scene: Scene, changes: Changes) -> _Solved:
     """Solve a scene at a condition. Raises ComputationError without an equilibrium."""
     analysis = analyse(scene.replace(**changes))
     roots = analysis.spectrum.eigenvalues
-    return _solved(changes, roots, analysis.verdict, analysis.admissible)
+    return _condition_of_roots(changes, roots, analysis.verdict, analysis.admissible)
 
 
 def _system_condition(
@@ -191,17 +191,17 @@ def _system_condition(
         roots = estimated_roots(reduction, changes)
         values = values_of(roots)
         rounding = np.array([root.rounding for root in roots])
-        return _solved(changes, roots, verdict_of_some(values, rounding))
+        return _condition_of_roots(changes, roots, verdict_of_some(values, rounding))
     file = analysis.file.replaced(changes)
     solution = roots_of_file(file, analysis.selection, is_judged=False)  # without the referee
     # where the backward error of a root is too large for a verdict the referee may know better
     if not all(root.decides for root in solution.computed):
         solution = roots_of_file(file, analysis.selection)
     accepted = [root for root in solution.computed if root.decides]
-    return _solved(changes, accepted, solution.verdict)
+    return _condition_of_roots(changes, accepted, solution.verdict)
 
 
-def _solved(
+def _condition_of_roots(
     changes: Changes, roots: Sequence[Eigenvalue], verdict: str | None, admissible: bool = True
 ) -> _Solved:
     """A solved condition from its roots: a row for each mode with Im > 0, and each growing one."""
@@ -260,7 +260,7 @@ def _conditions_and_links(
             is_first_of_axis = k // stride % length == 0
             if is_first_of_axis:
                 continue
-            neighbour = k - stride
+            neighbour = k - stride  # the condition before this one along the axis
             neighbour_modes = modes_of[neighbour]
             costs = pairing_costs(neighbour_modes, modes, TOLERANCE)
             for i, j in assigned_pairs(costs, neighbour_modes, modes, TOLERANCE):

@@ -208,11 +208,11 @@ class _Search:
         return dict(zip(self.names, (self.low + self.width * q).tolist(), strict=True))
 
     def evaluate(self, q: Array) -> _Evaluation:
-        """The growth rates and their derivatives at q; the last three are remembered.
+        """The growth rates and their derivatives at q, which `evaluations` keeps.
 
         Raises ComputationError if no root lies in the band.
         """
-        # SLSQP asks for values and for slopes at the same q: the last three evaluations are kept
+        # SLSQP asks for values and for slopes at the same q: one of the last three may have it
         for evaluation in self.evaluations[:-4:-1]:
             if np.array_equal(evaluation.q, q):
                 return evaluation
@@ -300,6 +300,7 @@ class _Search:
         q = start
         for _ in range(RUNS):
             before = best.largest
+            # what it returns is not needed: `evaluate` keeps all points that it tries
             minimize(
                 limit,
                 np.append(q, before / unit),
@@ -472,7 +473,7 @@ def _best_of_searches(
         parameters = search.parameters(best.q)
         if reduction is not None:
             residual = float(reduction.modes(parameters).residuals.max())
-        if residual <= RESIDUAL_TOLERANCE:
+        if residual <= RESIDUAL_TOLERANCE:  # always, without a reduced system
             break
         points_of_basis.append(best.q)
         starting_points = [best.q]

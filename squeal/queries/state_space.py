@@ -212,8 +212,9 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     if rank_of_E < n + m:  # some motion has neither mass nor damper
         return _condensed(_Descriptor(E, A, B, outputs), rank_of_E, stiffness, system.name)
     no_feedthrough = np.zeros((len(outputs), B.shape[1]))
-    states = np.linalg.solve(E, A), np.linalg.solve(E, B)
-    return control.ss(*states, outputs, no_feedthrough, name=system.name)
+    rates_by_state = np.linalg.solve(E, A)
+    rates_by_input = np.linalg.solve(E, B)
+    return control.ss(rates_by_state, rates_by_input, outputs, no_feedthrough, name=system.name)
 
 
 class _Descriptor(NamedTuple):
