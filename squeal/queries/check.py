@@ -253,11 +253,10 @@ def _hints_of_slow_motions(lowest: RealModes) -> list[str]:
 def _hints_of_halves(system: TermSystem) -> list[str]:
     """Name the terms of K that look like half, or a part, of a symmetric matrix, in sentences.
 
-    A one-sided entry is not mirrored by another one across the diagonal. A term is named if more
-    than half of its entries off the diagonal are one-sided and small enough for a stiffness (see
-    `Sides`), and if there are more of them than one in two rows. Friction of a contact makes fewer:
-    of the two rows of a contact it leaves one such entry at most. Terms whose factor has the free
-    parameter, mostly friction, are not judged.
+    A one-sided entry is not mirrored by another one across the diagonal. A term is named if the
+    one-sided entries that half a stiffness may have (`Sides.fitting`) are more than the mirrored
+    ones, and more than one in two rows. Friction makes fewer: one in the two rows of a contact at
+    most. Terms whose factor has the free parameter, mostly friction, are not judged.
     """
     hints = []
     for position, term in enumerate(system.K, 1):
