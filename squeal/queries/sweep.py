@@ -192,8 +192,8 @@ def _system_sweep(
 def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
     """The eigenvalues at the values of the parameter that a figure of thresholds needs.
 
-    The subject's own value is among them. Modes are numbered at `low`. The referee does not judge
-    the roots of a system, since the thresholds say what is proved over the range.
+    The subject's own value is among them if it lies in the range. Modes are numbered at `low`. The
+    referee does not judge the roots of a system: the thresholds say what is proved over the range.
 
     Raises ComputationError if the branch of a pad's equilibria ends before `low`.
     """
