@@ -141,15 +141,15 @@ def _by_orbits(
     sizes = np.abs(u) ** 2 + np.abs(v) ** 2
     # of the orbits, positive from u to v, see the module: up to +-`sizes`, which a circle has
     areas = 2 * (u * v.conj()).imag
-    sense = 1.0
-    if not coordinates.bases:  # reduced components have no row of a node
+    sense = 0.0  # of reduced components, no row of which is that of a node, it is not known
+    if not coordinates.bases:
         masses = np.abs(system.at({system.parameter: speed})[0].diagonal())
         energies = masses * np.abs(shape) ** 2
         translates = np.isin(coordinates.directions, across)
         if energies[translates].sum() <= UNSEEN * energies.sum():
             return _Orbits(None)
         sense = _sense(coordinates, across, system, speed)
-        areas = areas * (sense or 1.0)  # without a term the sense of the directions is assumed
+    areas = areas * (sense or 1.0)  # where it is not known the sense of the directions is assumed
     moves = sizes > STILL * sizes.max()
     counts = moves & (np.abs(areas) > ROUND * sizes)
     forward = bool(np.any(areas[counts] > 0.0))

@@ -226,6 +226,52 @@ def test_an_overhung_disc_is_named_alike_with_and_without_labels_whichever_way_i
         assert directions(system, 1500.0) == sorted(exact)
 
 
+@pytest.mark.parametrize("cutoff", ["", "cutoff: 400.0"])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_rotor_of_reduced_components_whirls_alike_whichever_way_it_turns(tmp_path, sense, cutoff):
+    """The overhung disc on its shaft, with a spring to a journal that a housing holds fast."""
+    EI, length, mass, Jd, Jp, k = 5e4, 0.6, 20.0, 0.3, 0.2, 1e5
+    plane = EI / length**3 * np.array([[12, -6 * length], [-6 * length, 4 * length**2]])
+    K = scipy.linalg.block_diag(plane, plane, 1e9 * np.eye(3))
+    for disc, journal in ((0, 4), (2, 5)):
+        K[np.ix_([disc, journal], [disc, journal])] += k * np.array([[1, -1], [-1, 1]])
+    G = np.zeros((7, 7))
+    G[1, 3] = sense * Jp
+    G[3, 1] = -sense * Jp
+    M = np.diag([mass, Jd, mass, Jd, 1.0, 1.0, 1.0])
+    nodes = {
+        "rotor": ["1,x,0,0,0", "1,ry,0,0,0", "1,y,0,0,0", "1,rx,0,0,0"],
+        "housing": [f"{node},{dof},0,0,{z}" for node, z in ((1, 0.6), (2, 0.8)) for dof in "xyz"],
+    }
+    nodes["rotor"] += [f"2,{dof},0,0,0.6" for dof in "xyz"]
+    for name, lines in nodes.items():
+        (tmp_path / f"{name}.csv").write_text("\n".join(["node,dof,x,y,z", *lines]) + "\n")
+    (tmp_path / "rotor.yaml").write_text(
+        "parameter: Omega\nparameters: {Omega: 0.0}\ncoordinates: {file: rotor.csv}\n"
+        f"M: {M.tolist()}\nC: [{{matrix: {G.tolist()}, factor: Omega}}]\nK: {K.tolist()}\n"
+    )
+    fast = 1e9 * np.kron([[1, -1], [-1, 2]], np.eye(3))
+    (tmp_path / "housing.yaml").write_text(
+        f"coordinates: {{file: housing.csv}}\nM: {np.eye(6).tolist()}\nK: {fast.tolist()}\n"
+    )
+    (tmp_path / "pairs.csv").write_text("first,second\n2,1\n")
+    (tmp_path / "joined.yaml").write_text(
+        f"parameter: Omega\nparameters: {{Omega: 0.0}}\n{cutoff}\n"
+        "components: {rotor: {file: rotor.yaml}, housing: {file: housing.yaml}}\n"
+        "contact: [{between: [rotor, housing], pairs: {file: pairs.csv}, normal: [0, 0, 1],\n"
+        "sliding: [1, 0, 0], friction: 0, stiffness: 1e8, tangential: 1e8, bonded: true}]\n"
+    )
+    plane[0, 0] += k
+    exact = []
+    for way, inertia in (("forward", Jd - Jp), ("backward", Jd + Jp)):
+        squares = scipy.linalg.eigvals(plane, np.diag([mass, inertia])).real
+        exact += [(speed, way) for speed in np.sqrt(squares) if speed < 1500.0]
+    found = squeal.critical_speeds(squeal.read_system(tmp_path / "joined.yaml"), 1500.0).critical
+    assert [one.direction for one in found] == [way for _, way in sorted(exact)]
+    speeds = [speed for speed, _ in sorted(exact)]
+    assert [one.speed for one in found] == pytest.approx(speeds, rel=1e-3)
+
+
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1), (3, 1, 0, 2)])
 def test_rows_without_labels_tell_the_whirl_that_the_vector_of_the_disc_turns_in(sense, order):
