@@ -40,9 +40,12 @@ class Check(Answer):
     checks : mapping of str to str
         What is to be said of M, C and K: symmetry, definiteness, condition.
     mass : float or None
-        Of all rows that move; None without coordinates, and of reduced components.
-    centre, size : tuple of 3 float, or None
-        Centre of mass, and lengths of the box around all nodes; None where the mass is.
+        Of all rows that move; None without coordinates, of reduced components, and where no
+        displacement has a mass, as in a model of torsion.
+    centre : tuple of 3 float, or None
+        Centre of mass; None where the mass is.
+    size : tuple of 3 float, or None
+        Lengths of the box around all nodes; None without coordinates, and of reduced components.
     elements : int
         How many elements have faces.
     frequencies_hz : tuple of float
@@ -103,6 +106,8 @@ class Check(Answer):
         elif self.reduction is not None:
             lines.append(basis_text(self.reduction, errors=True))
             lines.append("mass and box: not known of reduced components")
+        elif self.size is not None:
+            lines.append("mass: unknown, since no displacement has one")
         else:
             lines.append("mass: unknown without coordinates (coordinates: {file: nodes.csv})")
         lines.append(f"free motions: {'unknown' if self.free is None else self.free}")
@@ -217,6 +222,8 @@ def _body_of_nodes(coordinates: Coordinates, M: Matrix, K: Matrix) -> _Body:
     """The body that moves the nodes of a system, with the matrices (n, n)."""
     mass, centre = coordinates.mass_and_centre(M)
     size = tuple(np.ptp(coordinates.places, axis=0).tolist())
+    if not mass:
+        return _Body(size=size)
     hints: list[str] = []
     if len(coordinates.places) >= MESH:
         density = mass / (math.prod(size) or math.nan)  # a plane may be of any thickness

@@ -45,9 +45,11 @@ def mesh_speed(coordinates: Coordinates, M: Matrix, K: Matrix) -> float:
     M_ii = rho A h, with the distance h to the next node: h (K_ii / M_ii)^(1/2) is the speed
     (E / rho)^(1/2). Unlike a frequency times the size, it does not fall with slenderness. Rows that
     bend the part are slower. So the upper quartile of all rows is taken: two rows of three move in
-    the plane of a shell, one of three along a beam.
+    the plane of a shell, one of three along a beam. NaN if all rows are rotations, as of torsion.
     """
     moves = (coordinates.directions >= 0) & (M.diagonal().real > 0.0)  # (n,), without rotations
+    if not moves.any():
+        return math.nan
     # two nodes are asked for: the nearest one to a node is the node itself
     distances, _ = KDTree(coordinates.places).query(coordinates.places, 2)
     to_next_node = distances[coordinates.nodes[moves], 1]

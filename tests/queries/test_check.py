@@ -1,5 +1,6 @@
 """What `squeal check` says of files, against what was put into them."""
 
+import json
 import re
 from typing import NamedTuple
 
@@ -9,6 +10,7 @@ from scipy.linalg import eigh
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
+from squeal.cli.main import main
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.examples.brake import _grid, _mass_and_stiffness, solid_brake, write_brake
 from squeal.io.coordinates import Coordinates
@@ -25,7 +27,7 @@ class Solid(NamedTuple):
     system: TermSystem
     nodes: np.ndarray
     directions: np.ndarray
-    places: np.ndarray
+    coordinates: np.ndarray
 
 
 @pytest.fixture(scope="module")
@@ -213,6 +215,23 @@ def test_mass_and_stiffness_in_each_others_place_are_suspected(brake):
         squeal.check(squeal.System(K, K=M))
     with pytest.warns(InputWarning, match="are M and K swapped"):
         squeal.eigenvalues(squeal.System(dense(K)[:50, :50], K=dense(M)[:50, :50]))
+
+
+@pytest.mark.parametrize("discs", [3, 40])  # some, and so many that units are guessed
+def test_a_model_of_torsion_has_no_mass_and_no_error_of_units(discs, capsys, tmp_path):
+    lines = [f"{k},rz,0,0,{0.1 * k}" for k in range(discs)]
+    (tmp_path / "nodes.csv").write_text("\n".join(["node,dof,x,y,z", *lines]) + "\n")
+    inertia = (0.5 * np.eye(discs)).tolist()
+    stiffness = (8.0 * np.eye(discs)).tolist()
+    file = tmp_path / "shaft.yaml"
+    file.write_text(f"coordinates: {{file: nodes.csv}}\nM: {inertia}\nK: {stiffness}\n")
+    assert main(["check", str(file), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["mass"], found["centre"], found["hints"]) == (None, None, [])
+    assert found["size"] == pytest.approx([0.0, 0.0, 0.1 * (discs - 1)])
+    assert found["frequencies_hz"][0] == pytest.approx(4.0 / (2.0 * np.pi))
+    assert main(["check", str(file)]) == 0
+    assert "mass: unknown, since no displacement has one" in capsys.readouterr().out
 
 
 def test_a_slow_part_of_unknown_size_is_no_error_of_units():
