@@ -24,9 +24,9 @@ from squeal.sparse.quadratic import ScaledProblem
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-PIVOT = (
-    0.01  # of the largest entry of a column: diagonal entries up from here stay pivots: less fill
-)
+PIVOT = 0.01
+"""Of the largest entry of a column: a diagonal entry of at least this stays the pivot, which makes
+far less fill."""
 PARDISO_ROWS = 4_000  # below, SuperLU is as fast
 
 
