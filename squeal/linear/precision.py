@@ -43,7 +43,7 @@ def half_units(matrix: Matrix, digits: int) -> csc_array:
     that was written, for real and imaginary part.
     """
 
-    def half(numbers: Array) -> Array:
+    def half_unit(numbers: Array) -> Array:
         size = np.abs(numbers)
         # 1e-9: a number just below a power of ten may have been written as the power itself, whose
         # unit is ten times as wide
@@ -51,7 +51,7 @@ def half_units(matrix: Matrix, digits: int) -> csc_array:
         units = 0.5 * 10.0 ** (leading_power + 1 - digits) + np.spacing(size) / 2.0
         return np.where(size > 0.0, units * (1.0 + ROUNDED), 0.0)
 
-    return _errors(matrix, half)
+    return _errors(matrix, half_unit)
 
 
 def short_floats(value: object) -> np.dtype[np.floating] | None:
@@ -87,38 +87,38 @@ def precision_of_floats(matrix: Matrix, floats: np.dtype[np.floating] | None) ->
     if floats is None:
         return Precision()
 
-    def half(numbers: Array) -> Array:
+    def half_unit(numbers: Array) -> Array:
         spacings = np.spacing(np.abs(numbers).astype(floats)).astype(float)
         return np.where(numbers == 0.0, 0.0, spacings / 2.0)
 
     digits = int((np.finfo(floats).nmant + 1) * np.log10(2.0))
-    return Precision(digits, _errors(matrix, half))
+    return Precision(digits, _errors(matrix, half_unit))
 
 
 def precision_of_decimals(matrix: Matrix, decimals: int) -> Precision:
-    """The precision of entries (n, n) that are written to so many decimals, whatever their size.
+    """The precision of entries (n, n) that are written to `decimals` decimals, whatever their size.
 
-    Its digits are those of the smallest entry.
+    Its digits are those of the smallest entry that is not zero; without one those of 1.
     """
     from scipy.sparse import csc_array
 
     unit = 10.0**-decimals
 
-    def half(numbers: Array) -> Array:
+    def half_unit(numbers: Array) -> Array:
         return np.where(numbers == 0.0, 0.0, unit / 2.0 + np.spacing(np.abs(numbers)) / 2.0)
 
-    errors = _errors(matrix, half)
+    errors = _errors(matrix, half_unit)
     sizes = np.abs(csc_array(matrix).data)
-    smallest = np.min(sizes[sizes > 0.0], initial=1.0)
+    smallest = sizes[sizes > 0.0].min() if sizes.any() else 1.0
     return Precision(int(np.log10(smallest / unit) + 1e-9) + 1, errors)
 
 
-def _errors(matrix: Matrix, half: Callable[[Array], Array]) -> csc_array:
-    """The errors of entries (n, n): `half` of their real parts and of their imaginary parts."""
+def _errors(matrix: Matrix, half_unit: Callable[[Array], Array]) -> csc_array:
+    """The errors of entries (n, n): `half_unit` of real parts, plus that of imaginary parts."""
     from scipy.sparse import csc_array
 
     X = csc_array(matrix)
-    units = half(X.data.real)
+    errors = half_unit(X.data.real)
     if np.iscomplexobj(X.data):
-        units = units + half(X.data.imag)
-    return csc_array((units, X.indices, X.indptr), shape=X.shape)
+        errors = errors + half_unit(X.data.imag)
+    return csc_array((errors, X.indices, X.indptr), shape=X.shape)

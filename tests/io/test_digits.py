@@ -328,6 +328,16 @@ def test_soft_rows_of_a_file_of_fixed_decimals_are_known_to_these(tmp_path, form
     assert (found.verdict, found.certified) == (None, False)
 
 
+def test_great_numbers_of_fixed_decimals_have_digits_before_the_point_too(tmp_path):
+    """2345.6789 has eight digits; those of 1.0000, five, were reported of all greater numbers."""
+    head = "%%MatrixMarket matrix array real general\n2 2\n"
+    (tmp_path / "K.mtx").write_text(f"{head}12345.6789\n0.0000\n0.0000\n2345.6789\n")
+    (tmp_path / "s.yaml").write_text("M: [[1,0],[0,1]]\nK: {file: K.mtx}\n")
+    (stiffness,) = squeal.read_system(tmp_path / "s.yaml").system.K
+    assert stiffness.digits == 8
+    assert stiffness.errors.max() == pytest.approx(0.5e-4)
+
+
 def test_of_a_key_and_of_decimals_each_entry_has_the_wider_error(tmp_path):
     """Three digits leave 50 of 12345.678901 open, and six decimals 5e-7 of 0.000012."""
     head = "%%MatrixMarket matrix array real general\n2 2\n"
