@@ -148,7 +148,7 @@ def bends_within(continuation: Continuation, step: Step, factor: Factor) -> bool
     """True if a factor bends so much within a step that it may hide a change of stability.
 
     Within the step the factor lies off its chord by its deviation at most. At both ends we estimate
-    how far this moves the roots. Ranges that are proved in any case do without this guard: it is
+    how far this moves the roots. The guard matters where no proof follows unless it is requested:
     for systems of more than 40 rows, and for factors that are tabulated over the parameter.
     """
     deviation = factor.deviation(step.before.value, step.after.value)

@@ -596,8 +596,9 @@ def _balanced_states(
     for rows in component_rows:
         upper = rows[rows < half]
         lower = rows[rows >= half]
-        stiffness = max(norm_of(A[np.ix_(lower, upper)]) if len(upper) else 0.0 for A in samples)
-        damping = max(norm_of(A[np.ix_(lower, lower)]) if len(lower) else 0.0 for A in samples)
+        # of blocks without rows or columns the norm is 0
+        stiffness = max(norm_of(A[np.ix_(lower, upper)]) for A in samples)
+        damping = max(norm_of(A[np.ix_(lower, lower)]) for A in samples)
         highest = max(math.sqrt(stiffness), damping)
         if len(upper) and len(lower) and highest:
             scales[lower] = 2.0 ** round(math.log2(highest))

@@ -185,15 +185,16 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
 
     abs_x = np.abs(x)
     abs_y = np.abs(y)
-    change = size**2 * products(abs_y, dM, abs_x)  # |y|' |dP| |x|
+    # |y|' |dP| |x|, how far the digits leave y^H P x open
+    change = size**2 * products(abs_y, dM, abs_x)
     change = change + size * products(abs_y, dC, abs_x) + products(abs_y, dK, abs_x)
     mass = products(y, M, x)
     with np.errstate(divide="ignore", invalid="ignore"):
-        of_simple_root = change / np.abs(2 * z * mass + products(y, C, x))
-        of_double_root = np.sqrt(size**2 + change / np.abs(mass))
-        is_near_zero = of_simple_root > NEAR_ZERO * size
-        near_zero_bounds = np.fmin(2 * of_simple_root, of_double_root)  # fmin leaves out a NaN
-        bounds = np.where(is_near_zero, near_zero_bounds, of_simple_root)
+        simple_bounds = change / np.abs(2 * z * mass + products(y, C, x))
+        double_bounds = np.sqrt(size**2 + change / np.abs(mass))
+        is_near_zero = simple_bounds > NEAR_ZERO * size
+        near_zero_bounds = np.fmin(2 * simple_bounds, double_bounds)  # fmin leaves out a NaN
+        bounds = np.where(is_near_zero, near_zero_bounds, simple_bounds)
     unknown = ~np.isfinite(bounds)  # at a coalescence, where y^H P' x is zero
     bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
     may_leave_axis = np.ones(len(z), dtype=bool)  # with damping each root may

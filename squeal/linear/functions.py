@@ -47,10 +47,11 @@ def matrices_of(system: SystemFunction, ps: Sequence[float]) -> list[tuple[Array
 def with_slopes(
     system: SystemFunction, ps: Sequence[float], low: float, high: float
 ) -> list[tuple[Any, Any]]:
-    """M, C and K, and their derivatives by the parameter, at each value; as `matrices_of`.
+    """Pairs ((M, C, K), (dM, dC, dK)) at each value, with derivatives by the parameter.
 
-    Derivatives of a System are exact; of another function they are differences over a millionth of
-    the range from low to high, one-sided at its ends.
+    Arrays (n, n) as those of `matrices_of`, which raises the same errors. Derivatives of a System
+    are exact; of another function they are differences over a millionth of the range from low to
+    high, one-sided at its ends.
 
     >>> system = lambda p: (np.eye(1), None, np.array([[1 + p * p]]))
     >>> [((_, C, K), (_, _, dK))] = with_slopes(system, [1.0], 0.0, 2.0)
@@ -61,14 +62,14 @@ def with_slopes(
         zero = np.zeros((system.n, system.n))
         slopes = []
         for p in ps:
-            changes = system.derivative(system.parameter, {system.parameter: p})
-            slopes.append([zero if dX is None else dense(dX) for dX in changes])
+            derivatives = system.derivative(system.parameter, {system.parameter: p})
+            slopes.append([zero if dX is None else dense(dX) for dX in derivatives])
         return list(zip(matrices_of(system, ps), slopes, strict=True))
     inside = np.clip(ps, low, high)
     step = 1e-6 * (high - low)
     before = np.maximum(low, inside - step)
     after = np.minimum(high, inside + step)
-    # (3 m, 3, n, n), in one call: a system with `many` computes all values together
+    # (3 m, 3, n, n) for m values, in one call: a system with `many` computes all of them together
     stacked = np.array(matrices_of(system, [*ps, *before, *after]))
     matrices, matrices_before, matrices_after = np.split(stacked, 3)
     differences = (matrices_after - matrices_before) / (after - before)[:, None, None, None]

@@ -36,17 +36,17 @@ def row_units(M: Array, C: Array, K: Array) -> Array:
     mirrored = sum(np.where(X.T > 0.0, X, 0.0) for X in (M, C, K))
     is_compared = (mirrored > 0.0) & ~np.eye(n, dtype=bool)
     powers = np.log2(mirrored, out=np.full((n, n), LEAST), where=is_compared)
-    units = np.zeros(n)
+    exponents = np.zeros(n)  # u of the factors 2^u
     for _ in range(MOST_PASSES):
         # rows times 2^u compare P_ij with P_ji as 2^(u/2) P 2^(-u/2) does, a similarity
-        balanced = powers + (units[:, None] - units) / 2
+        balanced = powers + (exponents[:, None] - exponents) / 2
         change = (balanced.max(axis=1) - balanced.max(axis=0)) / 2
-        units -= change
+        exponents -= change
         if np.abs(change).max() < CLOSE:
             break
     if np.array_equal(M, M.T):
         for coupled in components(reaches(M > 0.0)):
-            units[coupled] = units[coupled].mean()
-    if np.ptp(units) < ALIKE:
-        units[:] = 0.0
-    return np.exp2(np.rint(units))
+            exponents[coupled] = exponents[coupled].mean()
+    if np.ptp(exponents) < ALIKE:
+        exponents[:] = 0.0
+    return np.exp2(np.rint(exponents))

@@ -393,7 +393,8 @@ class Component:
 
         `residual_flexibility` holds W^H K^-1 W of the forces W that each term exerts inside by each
         column of the basis. The residuals are sums of these forces, R = W r and S = W s: r has the
-        modes x times the weights (factor and power of z) of each term in P, s likewise y.
+        modes x times the weights (factor and power of z) of each term in P, s has the modes y times
+        the conjugate weights.
 
         Parameters
         ----------

@@ -500,7 +500,8 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
     high = values[-1]
     meetings: list[Event] = []
     for part in _frozen_parts(reduction):
-        for event in itertools.chain(*search(part.path_reduction.system, low, high).clusters):
+        clusters = search(part.path_reduction.system, low, high).clusters
+        for event in itertools.chain(*clusters):
             if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
             meeting = _at_own_frequency(reduction.system, event, part.omega, low, high)

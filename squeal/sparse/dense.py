@@ -162,7 +162,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
         return np.concatenate([not_decaying, -not_decaying]) * rate, np.tile(is_unknown, 2)
     damping = U.conj().T @ (C_or_none * (rate / size)) @ Wh.conj().T
     if rank < n:
-        # if it is damped it has a finite one
+        # a motion without mass that is damped has a finite eigenvalue instead
         dampings = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
         infinite -= rank_of(dampings, norm_of(damping))
     values, is_unknown = _finite_values(*state_pencil(mass, damping, stiffness, rank), infinite)

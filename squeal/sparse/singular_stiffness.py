@@ -51,7 +51,7 @@ def singular_stiffness(
     - If 1 - K(middle)^-1 K contracts in a part (Neumann series), K is regular there.
     - Else, if det K changes its sign or the part is too short to be halved, a value with a singular
       K is searched in it. It is cut out with a narrow edge on either side, which leaves two parts.
-    - If there is none, or det K keeps its sign, the part is halved, as far as the constants allow.
+    - Else, and where no such value was located, the part is halved, as far as the constants allow.
 
     Next to a value that was cut out K is nearly singular: there the contraction is judged apart
     from the null vectors at that value, and K is regular if, besides, det K keeps its sign.
