@@ -315,7 +315,7 @@ class SpectrumAtParameter:
         if self.problem is GYROSCOPIC:  # two that are opposite meet at zero
             conjugate |= (np.abs(z[:, None] + z) <= unresolved) & self.z_is_real
         k, l = np.nonzero(np.triu((may_meet[:, None] & may_meet) | conjugate, 1))  # k < l
-        both_ways = np.stack([k, l]), np.stack([l, k])
+        both_ways = np.stack([k, l]), np.stack([l, k])  # of W the entries (k, l) and (l, k)
         with np.errstate(all="ignore"):
             inverse = np.where(np.abs(differences) > unresolved, 1 / differences, 0.0)
             F = W * inverse

@@ -271,8 +271,8 @@ def _verdicts_along(result: SearchResult) -> list[_VerdictAt]:
     """Verdicts by rising parameter: at computed spectra, and on both sides of the clusters that
     begin or end all growth.
 
-    Of the spectra between two clusters those are taken at which as many roots grow as in the middle
-    between these; if there are none, the middle.
+    Between two clusters these are the spectra at which as many roots grow as in the middle of the
+    interval. If there is no such spectrum, or if no root grows, it is the middle alone.
     """
     edges = result.edges
     spectra = result.continuation.spectra
@@ -282,8 +282,8 @@ def _verdicts_along(result: SearchResult) -> list[_VerdictAt]:
         high = edges[k + 1]
         inner = []
         for spectrum in spectra:
-            grows_inside = low <= spectrum.value <= high and count.growing_roots
-            if grows_inside and spectrum.growing_roots == count.growing_roots:
+            is_inside = low <= spectrum.value <= high
+            if count.growing_roots and is_inside and spectrum.growing_roots == count.growing_roots:
                 inner.append(_VerdictAt(spectrum.value, spectrum.verdict))
         if not inner:
             inner = [_VerdictAt((low + high) / 2, count.verdict)]
