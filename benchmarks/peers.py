@@ -12,7 +12,7 @@ from squeal.article.studies.accuracy import Leg, Run, Solver, hybrid
 from squeal.io.scene import Scene
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import pose
+from squeal.model.pad import pose_of
 from squeal.simulation.hybrid import first_contact, state_of
 from squeal.simulation.run import in_natural_units
 
@@ -64,13 +64,13 @@ def _diffrax_leg(model: PadModel, contact: State) -> Any:
     c, law = model.c, model.law
 
     def derivative(_t: Any, s: Any, _args: Any) -> Any:
-        load = net_loads(jnp, c, law, c.place(s), contact)
+        load = net_loads(jnp, c, law, c.xy_theta(s), contact)
         return jnp.array([s[3], s[4], s[5], load.x / c.m, load.y / c.m, c.w * load.moment / c.I])
 
     onward = [1.0 if touches else -1.0 for touches in contact]
 
     def passed(t: Any, y: Any, args: Any, **_: Any) -> Any:  # called by these names
-        leading, trailing = law.gaps(c, pose(jnp, c.place(y)))
+        leading, trailing = law.gaps(c, pose_of(jnp, c.xy_theta(y)))
         return jnp.maximum(onward[0] * leading, onward[1] * trailing)
 
     def solve(t: Any, state: Any, stop: Any, tolerance: Any) -> Any:
@@ -105,7 +105,7 @@ def with_diffrax(scene: Scene, tolerance: float) -> Run:
         steps += int(found.stats["num_steps"])
         if bool(found.event_mask):
             times.append(t)
-            heights = model.gaps(model.c.place(state))
+            heights = model.gaps(model.c.xy_theta(state))
             beyond = [h if touches else -h for h, touches in zip(heights, contact, strict=True)]
             contact = contact.flip(int(np.argmax(beyond)))
     # 13 stages of Dormand and Prince's method of order eight

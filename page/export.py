@@ -29,7 +29,7 @@ from squeal.model.contact import (
     states,
 )
 from squeal.model.equations import term_count
-from squeal.model.pad import PARAMETERS, Coefficients, coefficients, pose, spring_energy
+from squeal.model.pad import PARAMETERS, Coefficients, coefficients, pose_of, spring_energy
 from squeal.simulation.taylor import FAINT, NAMES, equations, rising, state_parameters
 
 SHOWN = ("B1", "B2", "BN")  # models on the page
@@ -137,7 +137,7 @@ def _loads(name: str, law: ContactLaw, contact: State | None) -> Module:
     turn = [1.0, 1.0, c.w] * 3  # from w theta to theta
     K = [-t * e for t, e in zip(turn, _gradient(loads, VARIABLES[:3]), strict=True)]
     C = [-t * e for t, e in zip(turn, _gradient(loads, VARIABLES[3:]), strict=True)]
-    at = pose(hy, c.place(VARIABLES[:3]))
+    at = pose_of(hy, c.xy_theta(VARIABLES[:3]))
     potential = spring_energy(hy, c, at) + law.energy(c, at, on) + c.F_n * at.y
     outputs = [*loads, *K, *C, *_gradient(loads, [c.mu]), potential]
     return _function(name, outputs, VARIABLES)
@@ -146,7 +146,7 @@ def _loads(name: str, law: ContactLaw, contact: State | None) -> Module:
 def _signals(name: str, law: ContactLaw, contact: State | None) -> Module:
     """The two plotted signals, then the reaction and its place from the mass centre."""
     c, (x, y, s, *_), on = _symbols(), VARIABLES, _touching(law, contact)
-    at = pose(hy, c.place((x, y, s)))
+    at = pose_of(hy, c.xy_theta((x, y, s)))
     reaction = law.resultant(c, at, on)
     # of a row of springs the signals look at the size of the force, which no expression can
     shown = reaction if law.plotted is NORMAL_REACTION else law.signals(c, at, on)

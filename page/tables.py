@@ -58,7 +58,7 @@ def tables(scenes: Path) -> dict[str, Any]:
     order = steps[0].order
     ratios = DAMPING.keys["ratios"].kind
     assert isinstance(ratios, Several)
-    assert isinstance(ratios.each, Number)
+    assert isinstance(ratios.entry, Number)
     return {
         "order": order,
         "tape": max(len(step.decomposition) for step in steps) * (order + 1),
@@ -69,14 +69,14 @@ def tables(scenes: Path) -> dict[str, Any]:
                 "own": law.points <= OWN_CODE,
                 "gaps": gaps_name(key, law),
                 "coefficients": f"coefficients_{'B2' if law.absolute_gap else 'B1'}",
-                "places": [s.place for s in law.springs] if isinstance(law, Springs) else [],
+                "places": [s.position for s in law.springs] if isinstance(law, Springs) else [],
             }
             for key, law in laws().items()
         },
         "decay": term_count(DAMPED),
         "damping": {
             "unstable": UNSTABLE,
-            **limits(ratios.each),
+            **limits(ratios.entry),
         },
         "parameters": {
             n: {key: getattr(p, key) for key in OF_PARAMETER}

@@ -35,12 +35,14 @@ def _escaped(text: str, kept: str = "\t") -> str:
     return "".join(c if c.isprintable() or c in kept else ascii(c)[1:-1] for c in text)
 
 
-def meant(unknown: object, known: Iterable[str]) -> str:
+def suggestion(unknown: object, known: Iterable[str]) -> str:
     """What is allowed in place of an unknown name or key: a name that is near, or all.
 
-    >>> meant("facter", ["file", "factor"]), meant("x", ["file", "factor"]), meant("x", [])
-    ('did you mean factor?', 'allowed are file, factor', 'none is allowed')
-    >>> meant("my", ["m", "mu", "k1"]), meant("k5", ["k1", "k2"])
+    >>> suggestion("facter", ["file", "factor"]), suggestion("x", ["file", "factor"])
+    ('did you mean factor?', 'allowed are file, factor')
+    >>> suggestion("x", [])
+    'none is allowed'
+    >>> suggestion("my", ["m", "mu", "k1"]), suggestion("k5", ["k1", "k2"])
     ('did you mean mu?', 'allowed are k1, k2')
     """
     name = str(unknown)

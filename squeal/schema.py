@@ -28,7 +28,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 import numpy as np
 import yaml
 
-from squeal.errors import InputError, InputWarning, meant, within_doubles
+from squeal.errors import InputError, InputWarning, suggestion, within_doubles
 from squeal.numerics.differentiation import Formula
 from squeal.numerics.threads import threads_of_a_verb
 
@@ -78,8 +78,11 @@ class Place:
         warnings.warn(f"{self}: {words}", InputWarning, stacklevel=3)
 
     @contextmanager
-    def named(self) -> Iterator[None]:
-        """Let what is refused meanwhile begin with this place, unless it names this source."""
+    def prefixing_errors(self) -> Iterator[None]:
+        """A context in which the message of an InputError gets this place as its head.
+
+        One that begins with the same source already keeps its message.
+        """
         try:
             yield
         except InputError as error:
@@ -110,15 +113,15 @@ def refuse_unit(value: object, at: Place) -> None:
 
 
 class Kind:
-    """What a value may be: `named` follows "it must be".
+    """What a value may be. `allowed` says it in words, which follow "it must be" in messages.
 
     `convert` gives a value of a file as it is used, None where it is not allowed.
     """
 
     convert: Callable[[Value], Value]
 
-    def __init__(self, named: str = "", convert: Callable[[Value], Value] | None = None) -> None:
-        self.named = named
+    def __init__(self, allowed: str = "", convert: Callable[[Value], Value] | None = None) -> None:
+        self.allowed = allowed
         if convert is not None:
             self.convert = convert
 
@@ -129,13 +132,13 @@ class Kind:
             value = value.item()
         result = self.convert(value)
         if result is None:
-            raise at.must_be(value, self.named)
+            raise at.must_be(value, self.allowed)
         return result
 
 
-def instance(kind: type, named: str) -> Kind:
-    """An object of a class."""
-    return Kind(named, lambda value: value if isinstance(value, kind) else None)
+def instance(kind: type, allowed: str) -> Kind:
+    """An object of a class; `allowed` as of `Kind`."""
+    return Kind(allowed, lambda value: value if isinstance(value, kind) else None)
 
 
 TEXT = instance(str, "text")
@@ -150,7 +153,7 @@ class Number(Kind):
     """A finite number between two ends.
 
     low, high: the ends; low_allowed, high_allowed: whether the number may be an end itself; range:
-    all that in words, empty without ends.
+    all that in words, as they follow "a finite number", empty without ends.
     """
 
     def __init__(
@@ -186,9 +189,9 @@ class Number(Kind):
             if len(outside):
                 entry = tuple(outside[0])
                 place = at / f"{name}.entry {', '.join(map(str, entry))}"
-                raise place.must_be(value[entry], self.named)
+                raise place.must_be(value[entry], self.allowed)
         if isinstance(value, _CHECKED) and Number.convert(self, value) is None:
-            raise (at / name).must_be(value, self.named)
+            raise (at / name).must_be(value, self.allowed)
 
     def convert(self, value: Value) -> float | None:
         if not isinstance(value, _PLAIN) or isinstance(value, bool):
@@ -215,7 +218,7 @@ class Angle(Number):
         high_allowed: bool = True,
     ) -> None:
         super().__init__(low, high, high_allowed=high_allowed)
-        self.named += " (radians) or a multiple of pi such as 0.75*pi"
+        self.allowed += " (radians) or a multiple of pi such as 0.75*pi"
 
     def convert(self, value: Value) -> float | None:
         if isinstance(value, str):
@@ -259,30 +262,30 @@ class Word(Kind):
 
 
 class Several(Kind):
-    """A sequence, also one to be gone through once only: of `count`, or of `least` at least."""
+    """A sequence, or an iterator, of `count` entries of a kind, or of `least` at least."""
 
-    def __init__(self, each: Kind, named: str, count: int | None = None, least: int = 1) -> None:
-        self.each = each
+    def __init__(self, entry: Kind, allowed: str, count: int | None = None, least: int = 1) -> None:
+        self.entry = entry
         self.count = count
         self.least = least
-        super().__init__(named)
+        super().__init__(allowed)
 
     def read(self, value: Value, at: Place, model: str = "") -> Value:
         refuse_unit(value, at)
         if isinstance(value, str | dict):
-            raise at.must_be(value, self.named)
+            raise at.must_be(value, self.allowed)
         try:
             entries = tuple(value)
         except TypeError:
-            raise at.must_be(value, self.named) from None
+            raise at.must_be(value, self.allowed) from None
         if len(entries) < self.least or self.count not in (None, len(entries)):
-            raise at.must_be(value, self.named)
-        return tuple(self.each.read(one, at / str(i)) for i, one in enumerate(entries, 1))
+            raise at.must_be(value, self.allowed)
+        return tuple(self.entry.read(one, at / str(i)) for i, one in enumerate(entries, 1))
 
 
-def row(count: int, each: Number = ANY) -> Several:
+def row(count: int, entry: Number = ANY) -> Several:
     """A list of so many numbers."""
-    return Several(each, f"a list of {count} finite numbers{each.range}", count)
+    return Several(entry, f"a list of {count} finite numbers{entry.range}", count)
 
 
 class Named(Several):
@@ -290,10 +293,10 @@ class Named(Several):
 
     def read(self, value: Value, at: Place, model: str = "") -> Value:
         if not isinstance(value, Mapping):
-            raise at.must_be(value, self.named)
+            raise at.must_be(value, self.allowed)
         values = {}
         for name, entry in value.items():
-            values[NAME.read(name, at)] = self.each.read(entry, at / name)
+            values[NAME.read(name, at)] = self.entry.read(entry, at / name)
         return values
 
 
@@ -310,9 +313,9 @@ class Square(Kind):
         is_array = isinstance(value, np.ndarray) and value.ndim > 0
         rows = value if is_array or isinstance(value, list | tuple) else ()
         if not 0 < len(rows) <= self.most or self.count not in (None, len(rows)):
-            raise at.must_be(value, self.named)
-        each = row(len(rows))
-        return tuple(each.read(one, at / f"row {i}") for i, one in enumerate(rows, 1))
+            raise at.must_be(value, self.allowed)
+        row_kind = row(len(rows))
+        return tuple(row_kind.read(one, at / f"row {i}") for i, one in enumerate(rows, 1))
 
 
 # the end of a tag, the texts that have it, and what makes the value of such a text
@@ -503,7 +506,7 @@ class Group(Kind):
         self.owner = owner
         self.only_one = only_one
         self.short = short
-        super().__init__("a mapping" + (f", or {keys[short].kind.named}" if short else ""))
+        super().__init__("a mapping" + (f", or {keys[short].kind.allowed}" if short else ""))
 
     def mapping(self, value: Value) -> Value:
         """The mapping that a word alone stands for; any other value as it is."""
@@ -513,20 +516,20 @@ class Group(Kind):
         """The values of the keys that are given, in the order of the table. Raises InputError."""
         entries = self.mapping(value)
         if not isinstance(entries, dict):
-            raise at.must_be(entries, self.named)
+            raise at.must_be(entries, self.allowed)
         for name in entries:
             if name not in self.keys:
-                raise (at / name).refuse(f"unknown key; {meant(name, self.keys)}")
+                raise (at / name).refuse(f"unknown key; {suggestion(name, self.keys)}")
         if self.only_one and len(entries) != 1:
-            each = " or ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
-            raise at.refuse(f"it must hold one of {each}")
+            choices = " or ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
+            raise at.refuse(f"it must hold one of {choices}")
         values: dict[str, Value] = {}
         for name, key in self.keys.items():
             here = at / name
             is_used = key.is_used_by(model)
             if name not in entries:
                 if key.required and is_used and key.unless not in entries:
-                    # that a given key lacks one which it needs is the better reason: it comes first
+                    # a key that is given without another one is the better reason to refuse
                     check_needs(self.keys, entries, at)
                     raise key.missing(here, self.owner or f"model {model}")
                 continue
@@ -540,15 +543,16 @@ class Group(Kind):
         return values
 
     def find(self, name: str, at: Place, more: str = "") -> tuple[tuple[str, ...], Key]:
-        """The keys that lead to a dotted name, or to a name wherever it stands, and the last Key.
+        """The keys that lead to a key, and its `Key`.
 
-        Raises InputError for an unknown name, listing all, with `more` words.
+        name: the dotted keys, such as "parameters.mu", or the last of them alone. Raises InputError
+        for an unknown name; `more` is added to its message.
         """
         key_at = dict(self._paths())
         for path, key in key_at.items():
             if name in (".".join(path), path[-1]):
                 return path, key
-        allowed = meant(name, [path[-1] for path in key_at])
+        allowed = suggestion(name, [path[-1] for path in key_at])
         raise at.refuse(f"unknown key; {allowed}{more}")
 
     def _paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
@@ -596,12 +600,14 @@ def kind_of(hint: object) -> Kind:
     if origin in (Union, UnionType):
         return _common_kind(parts)
     if issubclass(origin, Mapping):
-        each = _common_kind(parts[1:])  # the keys are names
-        return Named(each, f"a mapping of names to values, each {each.named}")
-    each = _common_kind(parts)
+        entry = _common_kind(parts[1:])  # the keys are names
+        return Named(entry, f"a mapping of names to values, each {entry.allowed}")
+    entry = _common_kind(parts)
     if origin is tuple and Ellipsis not in parts:
-        return Several(each, f"a sequence of {len(parts)} values, each {each.named}", len(parts))
-    return Several(each, f"a sequence of some values, each {each.named}")
+        return Several(
+            entry, f"a sequence of {len(parts)} values, each {entry.allowed}", len(parts)
+        )
+    return Several(entry, f"a sequence of some values, each {entry.allowed}")
 
 
 def _common_kind(hints: tuple[Any, ...]) -> Kind:
@@ -628,7 +634,7 @@ def public(function: _Function) -> _Function:
     def checked(*values: Value, **named: Value) -> Value:
         for name in named.keys() - parameters.keys():
             raise TypeError(
-                f"{function.__name__}: {name} is no argument; {meant(name, parameters)}"
+                f"{function.__name__}: {name} is no argument; {suggestion(name, parameters)}"
             )
         call = declared.bind(*values, **named)
         for name, value in call.arguments.items():

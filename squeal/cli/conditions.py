@@ -37,7 +37,7 @@ def read_axes(texts: list[str]) -> dict[str, list[float]]:
         name, _, values = text.partition("=")
         if name in axes:
             raise at.refuse(f"{name} is given already; each axis is allowed once")
-        with at.named():
+        with at.prefixing_errors():
             axes[name] = SWEEP(values) if ":" in values else _listed(values)
     return axes
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from squeal import __version__
 from squeal.cli.streams import exit_code, open_closed, printed, say
-from squeal.errors import InputError, meant
+from squeal.errors import InputError, suggestion
 
 if TYPE_CHECKING:
     from squeal.cli.command import Parser
@@ -112,7 +112,7 @@ def _run_one_of(groups: Sequence[str], usage: str, arguments: Sequence[str]) -> 
         known.append("article")
     name = ALIASES.get(typed, typed)
     if name not in known:
-        raise InputError(f"{name!r} is no command; {meant(name, known)}")
+        raise InputError(f"{name!r} is no command; {suggestion(name, known)}")
     from squeal.cli.command import run
 
     module, parser = parser_of(name)

@@ -82,7 +82,7 @@ def _axis(given: argparse.Namespace, option: str, is_scene: bool) -> squeal.Axis
         raise InputError(f"--{option}: missing; a system's map needs it as NAME:LOW:HIGH")
     name, low, high, log = axis or ANGLES[option]
     points = given.n or (POINTS_OF_SCENE if is_scene else POINTS_OF_SYSTEM)
-    with at.named():
+    with at.prefixing_errors():
         axis = squeal.Axis(name, low, high, points, log)
     if is_scene and name in PARAMETERS and PARAMETERS[name].angle:
         warn_of_degrees(high, at)

@@ -42,7 +42,7 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the system and answer."""
     bounds: dict[str, tuple[float, float]] = {}
     for typed in given.bounds:
-        with Place(f"--bounds {typed}").named():
+        with Place(f"--bounds {typed}").prefixing_errors():
             name, low, high = named_range(typed)
             if name in bounds:
                 raise InputError(f"{name} has bounds already; one range is allowed")

@@ -212,7 +212,7 @@ class Once(argparse.Action):
             raise at.refuse(f"{before} is given already; one of them is allowed")
         for name in (self.dest, *self.spellings):
             given.typed[name.lstrip("-").replace("-", "_")] = str(at)
-        with at.named():
+        with at.prefixing_errors():
             setattr(given, self.dest, self._read(text))
 
 

@@ -42,7 +42,7 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and the spreads, and answer."""
     sampling = squeal.read_spreads(given.scatter)
     subject = given.source.subject()
-    with Place(str(given.scatter)).named():
+    with Place(str(given.scatter)).prefixing_errors():
         answer = squeal.scatter(
             subject,
             **sampling,

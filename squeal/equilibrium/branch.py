@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
-from squeal.equilibrium.statics import Equilibria, Statics, Step, newton, of_some
+from squeal.equilibrium.statics import Equilibria, Statics, Step, newton, take_columns
 from squeal.model.equations import natural_units
 
 # Tolerances of the continuation in natural units, where the load displaces by about one. With these
@@ -36,7 +36,7 @@ RISE = 0.25  # least, of mu over a step to the end of the range: near a fold it 
 CLOSEST = 1e-3  # two folds that close to one another may be passed over
 MOST_STEPS = 4000
 FARTHEST = 100.0  # free lengths of both springs: the equilibrium has run away
-CHECKS = 6  # places within a step at which events are looked for
+CHECKS = 6  # points of a step at which it is tested which events have been passed
 HALVINGS = 15  # of the interval between two of these, to tell which event comes first
 AT_END = 1e-12  # of the range of mu: a step that comes so close to its end goes there
 MOST_NEWTON_STEPS = 12  # to an equilibrium between two nodes, from the cubic that joins them
@@ -82,8 +82,8 @@ class Branches:
     owner: np.ndarray  # (m,), number of its pad
     z: np.ndarray  # (4, m)
     arrives: np.ndarray  # (4, m), unit tangent before the node
-    leaves: np.ndarray  # (4, m), unit tangent behind it, which differs at a change of contact
-    touching: np.ndarray  # (points, m), bools: the contact state behind it
+    leaves: np.ndarray  # (4, m), unit tangent after it, which differs at a change of contact
+    touching: np.ndarray  # (points, m), bools: the contact state after it
     kind: np.ndarray  # (m,), `NodeKind`
 
     @cached_property
@@ -107,10 +107,10 @@ class Branches:
         # complex numbers are sorted by their real parts, then by their imaginary ones
         keys = self.owner + 1j * self.z[3]
         node = np.maximum(np.searchsorted(keys, pad + 1j * mu, side="right") - 1, 0)
-        z = of_some(self.z, node)
-        touching = of_some(self.touching, node)
+        z = take_columns(self.z, node)
+        touching = take_columns(self.touching, node)
         exists = (mu >= 0.0) & (mu <= self.mu_end[pad])
-        between = np.flatnonzero(exists & (z[3] != mu))  # behind the node, before the next one
+        between = np.flatnonzero(exists & (z[3] != mu))  # after the node, before the next one
         if between.size:
             touching_there = touching[:, between]
             corrected, good = self._between(
@@ -149,7 +149,9 @@ class Branches:
         guess = polyval(share, curve, tensor=False)
         guess[3] = mu
         statics = self.statics.pick(pad)
-        root, determinant_sign, balanced = statics.settle(guess, 1.0 * touching, MOST_NEWTON_STEPS)
+        root, determinant_sign, balanced = statics.solve_balance(
+            guess, 1.0 * touching, MOST_NEWTON_STEPS
+        )
         # the sign excludes equilibria beyond a fold; those of other branches lie farther from the
         # guess than the nodes from each other
         near = np.abs(root - guess).max(axis=0) <= np.abs(end - start).max(axis=0)
@@ -178,7 +180,7 @@ def follow(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> Branches:
     statics
         Of n pads, some parameters of which are arrays (n,).
     start
-        Their equilibria without friction, as `squeal.equilibrium.find.rests` gives them.
+        Their equilibria without friction, of `squeal.equilibrium.find.frictionless_equilibria`.
     mu_max : (n,)
         Where to stop, at least 0.
     """
@@ -255,8 +257,8 @@ def _first_front(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> _Fr
 def _cubic(
     a: np.ndarray, b: np.ndarray, start: np.ndarray, end: np.ndarray, scale: np.ndarray
 ) -> np.ndarray:
-    """Coefficients (4, 4, k), by power of the share 0 to 1, of the Hermite cubics from places a to
-    b (4, k) with unit tangents `start`, `end` (4, k) of scale * z."""
+    """Coefficients (4, 4, k), by power of the share 0 to 1, of the Hermite cubics of z from a to b
+    (4, k) with unit tangents `start`, `end` (4, k) of scale * z."""
     chord = b - a
     length = np.sqrt(((chord * scale) ** 2).sum(axis=0)) / scale
     at_start = length * start
@@ -282,24 +284,24 @@ class _Nodes(NamedTuple):
 
     def some(self, which: np.ndarray) -> _Nodes:
         """Some of the nodes, by numbers or bools."""
-        return _Nodes(*(of_some(array, which) for array in self))
+        return _Nodes(*(take_columns(array, which) for array in self))
 
 
 class _Corrected(NamedTuple):
-    """Places on k branches to which Newton's method has led, on the balance and on one condition
+    """Points on k branches to which Newton's method has led, on the balance and on one condition
     more: a plane across the step, or an event function."""
 
     z: np.ndarray  # (4, k)
     tangent: np.ndarray  # (4, k), unit tangent of scale * z there
     slope: np.ndarray  # (4, k), derivative of the condition by z
-    good: np.ndarray  # (k,), bools: whether the place may be used
+    good: np.ndarray  # (k,), bools: whether the point may be used
 
 
 class Event(IntEnum):
     """What ends a step. A change of contact has the number of its point, from 0 on."""
 
     RANGE_END = -1  # this and the next one are
-    TILTED = -2  # past 90 degrees: the last two rows of `Statics.events_behind`
+    TILTED = -2  # past 90 degrees: the last two rows of `Statics.passed_events`
     FOLD = -3  # mu turns back
     NONE = -4
 
@@ -322,7 +324,8 @@ class _Front(NamedTuple):
 
     def pick(self, i: np.ndarray) -> _Front:
         """Some of the branches, by numbers or bools."""
-        return _Front(self.statics.pick(i), *(of_some(array, i) for array in self[1:]))
+        arrays = self[1:]  # all fields but the first, `statics`
+        return _Front(self.statics.pick(i), *(take_columns(array, i) for array in arrays))
 
     def corrected(self, start: np.ndarray, surface: np.ndarray | None) -> _Corrected:
         """Equilibria near start (4, k) that satisfy one condition more, by Newton's method.
@@ -330,7 +333,7 @@ class _Front(NamedTuple):
         Parameters
         ----------
         start : array (4, k)
-            Places of all k branches of the front.
+            Approximate equilibria of all k branches of the front.
         surface : array (points + 5, k) or None
             The condition of each, a surface as `Statics.surface_step` takes it; None for folds,
             where the determinant of the balance vanishes.
@@ -338,15 +341,15 @@ class _Front(NamedTuple):
         on = 1.0 * self.touching
 
         def step_from(z: np.ndarray, i: np.ndarray) -> Step:
-            """The step from places (4, j) of the branches i (j,) that have not converged yet."""
+            """The step from z (4, j) of the branches i (j,) that have not converged yet."""
             statics = self.statics
             touching = on
             conditions = surface
             if i.size < self.owner.size:  # else nothing has to be copied
                 statics = statics.for_steps(i)
-                touching = of_some(on, i)
+                touching = take_columns(on, i)
                 if surface is not None:
-                    conditions = of_some(surface, i)
+                    conditions = take_columns(surface, i)
             if conditions is None:
                 return statics.fold_step(z, touching)
             return statics.surface_step(z, touching, conditions)
@@ -359,13 +362,13 @@ class _Front(NamedTuple):
             condition_slope = derivatives[-1]
             return _Corrected(z, _unit(tangent * self.scale), condition_slope, converged)
 
-    def events_passed(self, curve: np.ndarray, fold: bool) -> Callable[[np.ndarray], np.ndarray]:
+    def _passed_on(self, curve: np.ndarray, fold: bool) -> Callable[[np.ndarray], np.ndarray]:
         """A function of the share of curves (4, 4, k): which events have been passed there.
 
-        The fold alone, or all other events. Shares and answers as of `Statics.events_behind_on`.
+        The fold alone, or all other events. Shares and answers as of `Statics.passed_events_on`.
         """
         if not fold:
-            return self.statics.events_behind_on(curve, 1.0 * self.touching, self.mu_max)
+            return self.statics.passed_events_on(curve, 1.0 * self.touching, self.mu_max)
 
         def turned_back(share: np.ndarray) -> np.ndarray:
             mu = curve[:, 3] if share.ndim == 1 else curve[:, 3, None]
@@ -384,43 +387,43 @@ class _Front(NamedTuple):
         """The fold, or the first of the other events, on each of k steps, and its number (k,).
 
         Halving of an interval of the share of the curve shows which event is first and about where;
-        Newton's method then locates it to rounding. `good` of the places is false where that fails
-        or where the place lies outside the step. Of events other than folds it is also false where
+        Newton's method then locates it to rounding. `good` of the result is false where that fails
+        or where the event lies outside the step. Of events other than folds it is also false where
         another one comes first; a fold need not be the first event, since its step is searched for
-        the others afterwards.
+        the others afterwards. Numbers are those of `Event`.
 
         Parameters
         ----------
         new : array (4, k)
             Ends of the steps.
         curve : array (4, 4, k)
-            From the present places to these ends, see `_cubic`.
+            From the present ends of the branches to those of the steps, see `_cubic`.
         low, high : array (k,)
             Shares of the curves between which an event lies.
         fold : bool
             Whether folds are located, or the other events.
         """
-        passed = self.events_passed(curve, fold)
+        passed = self._passed_on(curve, fold)
         before = low
-        behind = high
+        after = high
         for _ in range(HALVINGS):
-            middle = (before + behind) / 2
-            is_behind = passed(middle).any(axis=0)
-            before = np.where(is_behind, before, middle)
-            behind = np.where(is_behind, middle, behind)
-        events_behind = passed(behind)
-        event = np.argmax(events_behind, axis=0)
+            middle = (before + after) / 2
+            has_passed = passed(middle).any(axis=0)
+            before = np.where(has_passed, before, middle)
+            after = np.where(has_passed, middle, after)
+        passed_events = passed(after)
+        event = np.argmax(passed_events, axis=0)
         is_change = event < len(self.touching)
         # events other than changes of contact are numbered from the last row back, as in `Event`
-        event = np.where(is_change, event, event - len(events_behind))
-        guess = polyval(behind, curve, tensor=False)
+        event = np.where(is_change, event, event - len(passed_events))
+        guess = polyval(after, curve, tensor=False)
         surface = None if fold else self._event_surface(event, guess)
         z, tangent, slope, good = self.corrected(guess, surface)
         if fold:
             event = np.full(event.size, Event.FOLD)
         else:
             # where another event is passed already, this one is not the first
-            others = self.statics.events_behind(z, 1.0 * self.touching, self.mu_max)
+            others = self.statics.passed_events(z, 1.0 * self.touching, self.mu_max)
             others[event, np.arange(event.size)] = False
             # a gap has to pass zero in the sense that changes the contact: the event function,
             # whose derivative by z is `slope`, rises along the tangent
@@ -462,8 +465,8 @@ class _Front(NamedTuple):
         return np.zeros((len(self.touching) + 5, self.owner.size))
 
     def _lies_on_step(self, z: np.ndarray, new: np.ndarray) -> np.ndarray:
-        """Whether (k,) places z (4, k) lie between the present places and the ends `new` (4, k) of
-        steps, to a millionth of the step, and not far aside; nor back at a smaller mu."""
+        """Whether (k,) z (4, k) lie between the present ends of the branches and the ends `new`
+        (4, k) of steps, to a millionth of the step, not far aside of it and not at a smaller mu."""
         vector = (z - self.z) * self.scale / self.step
         step_vector = (new - self.z) * self.scale / self.step
         forwards = (self.ahead * vector).sum(axis=0)
@@ -488,7 +491,7 @@ class _Front(NamedTuple):
         return (slow <= 0.0) | (self.step < CLOSEST) | even
 
     def _stepped(self) -> _Corrected:
-        """Places a step ahead, corrected in the plane across `ahead` (pseudo-arclength), or at the
+        """Points a step ahead, corrected in the plane across `ahead` (pseudo-arclength), or at the
         end of the range of mu where the tangent reaches it.
 
         `good` is where the step may be taken: the correction is short, and the branch turns little.
@@ -524,17 +527,18 @@ class _Front(NamedTuple):
         # first cut off at a fold, then at the other events on the way to it
         for fold in (True, False):
             curve = _cubic(self.z, z, self.ahead, tangent, self.scale)
-            events_passed = self.events_passed(curve, fold)
-            passed = events_passed(shares[1:, None])  # (events, checks, k)
-            is_behind = np.any(passed, axis=0)  # (checks, k)
-            i = np.flatnonzero(good & is_behind.any(axis=0))
+            passed = self._passed_on(curve, fold)(shares[1:, None])  # (events, checks, k)
+            any_passed = np.any(passed, axis=0)  # (checks, k)
+            i = np.flatnonzero(good & any_passed.any(axis=0))  # the steps with an event
             if not i.size:
                 continue
-            first = np.argmax(of_some(is_behind, i), axis=0)
+            first = np.argmax(take_columns(any_passed, i), axis=0)
             low = shares[first]
             high = shares[first + 1]
             some = self if i.size == good.size else self.pick(i)
-            located, event[i] = some.located(of_some(z, i), of_some(curve, i), low, high, fold)
+            located, event[i] = some.located(
+                take_columns(z, i), take_columns(curve, i), low, high, fold
+            )
             z[:, i] = located.z
             tangent[:, i] = located.tangent
             slope[:, i] = located.slope
@@ -571,7 +575,7 @@ class _Front(NamedTuple):
         kind = np.full(event.size, NodeKind.POINT)
         kind[event == Event.FOLD] = NodeKind.FOLD
         kind[is_change] = NodeKind.CONTACT_CHANGE
-        ahead, touching, separated = self._behind_changes(
+        ahead, touching, separated = self._after_changes(
             changed=np.flatnonzero(good & is_change),
             event=event,
             z=z,
@@ -597,7 +601,7 @@ class _Front(NamedTuple):
         front = self._replace(z=z, touching=touching, ahead=ahead, step=next_step)
         return front, nodes.some(good), end
 
-    def _behind_changes(
+    def _after_changes(
         self,
         changed: np.ndarray,
         event: np.ndarray,
@@ -605,7 +609,7 @@ class _Front(NamedTuple):
         tangent: np.ndarray,
         slope: np.ndarray,
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """How the branches go on behind their steps, some of which ended at a change of contact.
+        """How the branches go on after their steps, some of which ended at a change of contact.
 
         The tangent of the new contact state is the one along which the event function goes on
         rising. A pad that has separated keeps the tangent and the state before.
@@ -622,7 +626,7 @@ class _Front(NamedTuple):
         Returns
         -------
         ahead : array (4, k)
-            Unit tangents behind the changes.
+            Unit tangents after the changes.
         touching : array (points, k)
             Contact states there.
         separated : array (k,) of bool
@@ -633,10 +637,12 @@ class _Front(NamedTuple):
         separated = np.asarray(np.all(~touching, axis=0))
         ahead = tangent.copy()
         if changed.size:
-            on = 1.0 * of_some(touching, changed)
+            on = 1.0 * take_columns(touching, changed)
             statics = self.statics.pick(changed)
-            new_tangent, _ = statics.tangents(of_some(z, changed), on, of_some(slope, changed))
-            new_tangent = _unit(new_tangent * of_some(self.scale, changed))
+            new_tangent, _ = statics.tangents(
+                take_columns(z, changed), on, take_columns(slope, changed)
+            )
+            new_tangent = _unit(new_tangent * take_columns(self.scale, changed))
             ahead[:, changed] = np.where(separated[changed], ahead[:, changed], new_tangent)
         touching[:, separated] = self.touching[:, separated]
         return ahead, touching, separated
@@ -648,10 +654,10 @@ class _Front(NamedTuple):
         event: np.ndarray,
         separated: np.ndarray,
     ) -> np.ndarray:
-        """How (k,) branches end at places z (4, k), by the first reason that holds, else `GOING`.
+        """How (k,) branches end at z (4, k), by the first reason that holds, else `GOING`.
 
         ahead (4, k): tangents; event (k,): at the ends of the steps; separated (k,): see
-        `_behind_changes`.
+        `_after_changes`.
         """
         pad = self.statics.model.pad
         far = np.max(np.abs(z[:2]), axis=0) > FARTHEST * (pad.L1 + pad.L2)

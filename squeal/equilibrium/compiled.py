@@ -1,6 +1,6 @@
 """The balance of many pads in machine code, which heyoka compiles of the model's own formulas.
 
-Only what is evaluated at every place is compiled; `squeal.equilibrium.branch` decides by its values
+Only what is evaluated at every step is compiled; `squeal.equilibrium.branch` decides by its values
 as it does by those of NumPy. All pads of a contact law share the code: their numbers, `parameters`,
 are its runtime parameters.
 """
@@ -19,11 +19,11 @@ from squeal.equilibrium.statics import (
     Statics,
     Step,
     gap_rounding,
-    of_some,
+    take_columns,
 )
 from squeal.model.contact import ContactLaw
 from squeal.model.equations import net_loads
-from squeal.model.pad import Coefficients, Number, Pose, pose
+from squeal.model.pad import Coefficients, Number, Pose, pose_of
 
 COUNT = len(Coefficients._fields)
 INITIAL_GAP = hy.par[COUNT]
@@ -33,6 +33,7 @@ Z = list(hy.make_vars("x", "y", "s", "mu"))
 
 
 def _symbols(name: str, count: int) -> list[Number]:
+    """Variables name0, name1, ..."""
     return [hy.expression(f"{name}{i}") for i in range(count)]
 
 
@@ -54,7 +55,7 @@ def _determinant(rows: list[list[Number]]) -> Number:
 
 def _balance(law: ContactLaw, on: list[Number]) -> list[Number]:
     """Expressions of the residual (3) of `Statics` at Z in a contact state."""
-    loads = net_loads(hy, C._replace(mu=Z[3]), law, C.place(Z), on)
+    loads = net_loads(hy, C._replace(mu=Z[3]), law, C.xy_theta(Z), on)
     return [loads.x, loads.y, loads.moment / C.w]
 
 
@@ -95,7 +96,7 @@ def _surface_step(law: ContactLaw) -> hy.cfunc_dbl:
     weights = _symbols("weight", law.points)
     normal = _symbols("normal", 4)
     offset = hy.expression("offset")
-    gaps = law.gaps(C, pose(hy, C.place(Z)))
+    gaps = law.gaps(C, pose_of(hy, C.xy_theta(Z)))
     condition = -offset
     for factor, number in zip(weights + normal, [*gaps, *Z], strict=True):
         condition += factor * number
@@ -124,9 +125,9 @@ def _stiffness(law: ContactLaw) -> hy.cfunc_dbl:
 
 def _gaps_and_rounding(law: ContactLaw, z: list[Number]) -> tuple[list[Number], list[Number]]:
     """Expressions of the gaps, and of the bounds of their rounding."""
-    at = pose(hy, C.place(z))
+    pose = pose_of(hy, C.xy_theta(z))
     sizes = Coefficients(*map(_size, C))
-    return list(law.gaps(C, at)), gap_rounding(law, sizes, INITIAL_GAP, Pose(*map(_size, at)))
+    return list(law.gaps(C, pose)), gap_rounding(law, sizes, INITIAL_GAP, Pose(*map(_size, pose)))
 
 
 @lru_cache
@@ -139,7 +140,7 @@ def _gaps(law: ContactLaw) -> hy.cfunc_dbl:
 @lru_cache
 def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
     """A function of a share, the contact state, the end of the range of mu and the coefficients
-    (16) of a cubic curve: by how much the event functions of `Statics.events_behind` at that
+    (16) of a cubic curve: by how much the event functions of `Statics.passed_events` at that
     share of the curve exceed the bounds of their rounding."""
     share, range_end = hy.make_vars("share", "range_end")
     on = _symbols("on", law.points)
@@ -178,7 +179,7 @@ class CompiledStatics(Statics):
 
     def pick(self, index: np.ndarray) -> CompiledStatics:
         picked = super().pick(index)
-        return CompiledStatics(picked.model, picked.units, of_some(self.parameters, index))
+        return CompiledStatics(picked.model, picked.units, take_columns(self.parameters, index))
 
     def _run(self, function: hy.cfunc_dbl, *rows: np.ndarray) -> np.ndarray:
         """Values (p, n) of a function of rows (..., n)."""
@@ -196,7 +197,7 @@ class CompiledStatics(Statics):
         return minors / (rows * minors).sum(axis=0)
 
     def step_at_friction(self, z: np.ndarray, on: np.ndarray) -> Step:
-        surface = np.zeros((len(on) + 5, z.shape[1]))
+        surface = np.zeros((len(on) + 5, z.shape[1]))  # mu = z[3]: weight of mu, then the offset
         surface[-2] = 1.0
         surface[-1] = z[3]
         step, exists, derivatives = self.surface_step(z, on, surface)
@@ -215,7 +216,7 @@ class CompiledStatics(Statics):
         return self._run(_stiffness(self.model.law), z, on).reshape(3, 3, -1)
 
     def for_steps(self, index: np.ndarray) -> CompiledStatics:
-        return CompiledStatics(self.model, self.units, of_some(self.parameters, index))
+        return CompiledStatics(self.model, self.units, take_columns(self.parameters, index))
 
     def gaps(self, z: np.ndarray) -> np.ndarray:
         return self.gaps_and_rounding(z)[0]
@@ -227,19 +228,20 @@ class CompiledStatics(Statics):
         gaps, rounding = np.split(self._run(_gaps(self.model.law), z), 2)
         return gaps, rounding
 
-    def events_behind_on(
+    def passed_events_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
         # the first row is overwritten by the share
         rows = np.concatenate([mu_max[None], on, mu_max[None], curve.reshape(16, -1)])
 
-        def behind(share: np.ndarray) -> np.ndarray:
+        def passed(share: np.ndarray) -> np.ndarray:
             if share.ndim == 1:
                 rows[0] = share
                 return self._run(_excesses(self.model.law), rows) > 0.0
-            return np.stack([behind(each.repeat(mu_max.size)) for each in share], axis=1)
+            # shares (j, 1): one after the other, each on all curves
+            return np.stack([passed(one.repeat(mu_max.size)) for one in share], axis=1)
 
-        return behind
+        return passed
 
 
 def _as_step(values: np.ndarray) -> Step:

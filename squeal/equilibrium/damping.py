@@ -17,9 +17,9 @@ UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable with
 def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The damping matrix B (..., 3, 3) of z'' + B z' + A z = 0, and bools (...): where it exists.
 
-    Of the symmetric part S of A, Rayleigh's factors make B = alpha + beta S, and ratios z_i of its
-    modes S v_i = w_i^2 v_i, by rising w_i, B = sum_i 2 z_i w_i v_i v_i'. With ratios there is none
-    where a w_i^2 is negative.
+    A is K in coordinates in which the mass matrix is 1, S its symmetric part. Rayleigh's factors
+    make B = alpha + beta S. Damping ratios z_i of the modes S v_i = w_i^2 v_i, by rising w_i, make
+    B = sum_i 2 z_i w_i v_i v_i', which does not exist where a w_i^2 is negative.
     """
     symmetric = (A + np.swapaxes(A, -1, -2)) / 2
     if damping.rayleigh is not None:
@@ -87,20 +87,20 @@ def damped_model(scene: Scene) -> PadModel:
 
 
 def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
-    """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) (SI),
-    its contact. Raises ComputationError where there is no such place."""
+    """What ratios and Rayleigh damping refer to: the pad without friction, its equilibrium q (3,)
+    (SI) and its contact state. Raises ComputationError where there is no such equilibrium."""
     pad = scene.pad
-    # what is derived from other parameters follows them here as well, so that none gives it
+    # parameters that are derived from others are left out, so that they follow these here too
     numbers = {n: float(v) for n, v in pad.given().items() if n not in pad.derived}
     numbers["mu"] = 0.0
     model = scene.pad_model.replace(**numbers)
-    q, state = _rest_without_friction(model)
+    q, state = _equilibrium_without_friction(model)
     return model, q.copy(), state
 
 
-@lru_cache  # of a continuation over friction or damping all scenes refer to the same place
-def _rest_without_friction(model: PadModel) -> tuple[np.ndarray, State]:
-    """The place q (3,) (SI) of a pad whose friction is zero, and its contact there."""
+@lru_cache  # all scenes of a continuation over friction or damping refer to the same equilibrium
+def _equilibrium_without_friction(model: PadModel) -> tuple[np.ndarray, State]:
+    """The equilibrium q (3,) (SI) of a pad whose friction is zero, and its contact state."""
     if model.linear:
         return np.zeros(3), model.full
     path = Path(model, branch_of(model, 0.0))

@@ -14,7 +14,7 @@ from squeal.model.equations import PadModel, natural_units
 
 ALIKE = 1e-9  # relative difference of potential energies that count as equal
 MOST = 200  # pads for which equilibria are searched together; bounds the memory
-SAME_PLACE = 1e-6  # relative distance of two places that count as one
+SAME = 1e-6  # relative distance of two equilibria that count as one
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Equilibrium:
         return not self.warnings
 
 
-def record(
+def equilibrium_in_si(
     statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
 ) -> Equilibrium | None:
     """The equilibrium z (4,) of one pad in SI units; None where the surfaces do not press on each
@@ -69,7 +69,7 @@ def record(
     units = statics.units
     R_n, delta = statics.resultant(z, state)
     # in partial contact that of the integral law in every formulation
-    potential = statics.model.energy(statics.place(z), np.zeros(3), state)
+    potential = statics.model.energy(statics.q(z), np.zeros(3), state)
     x, y, theta = statics.to_si(z).tolist()
     return Equilibrium(
         q=(x, y, theta),
@@ -89,7 +89,7 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     They are z = (x, y, w theta, mu) in natural units: off the initial position by about the
     displacement under the load, and by half of what `LIMITS` allow.
     """
-    load_size = natural_units(statics.model).length * np.ones(n)
+    under_load = natural_units(statics.model).length * np.ones(n)  # displacement
     half_length = statics.model.pad.w * np.ones(n)
     senses = (0.0, -1.0, 1.0)
     tilts = (0.0, -1.0, 1.0, -10.0, 10.0)  # w theta, in displacements under the load
@@ -98,7 +98,7 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     # half of the limits; travel is over the half length w, and a tilt times w is w theta
     wide = wide * [LIMITS.travel, LIMITS.travel, LIMITS.tilt] / 2
     seeds = np.concatenate(
-        [near.T[:, :, None] * load_size, wide.T[:, :, None] * half_length], axis=1
+        [near.T[:, :, None] * under_load, wide.T[:, :, None] * half_length], axis=1
     )
     without_friction = np.zeros_like(seeds[:1])
     return np.concatenate([seeds, without_friction])
@@ -110,17 +110,18 @@ def _far_seeds(statics: Statics) -> np.ndarray:
     steepest = 0.98 * np.pi / 2
     tilts = pad.w * (np.linspace(-steepest, steepest, 13) - pad.theta0)
     directions = (-1.0, 0.0, 1.0)
-    places = set()
+    positions = set()  # (x, y); the origin of both springs counts once
     for length in (pad.L1, pad.L2):
-        places |= {(length * x, length * y) for x, y in itertools.product(directions, directions)}
-    seeds = [(x, y, tilt, 0.0) for (x, y), tilt in itertools.product(sorted(places), tilts)]
+        for x, y in itertools.product(directions, directions):
+            positions.add((length * x, length * y))
+    seeds = [(x, y, tilt, 0.0) for (x, y), tilt in itertools.product(sorted(positions), tilts)]
     return np.array(seeds).T[:, :, None]
 
 
 class _Search(NamedTuple):
     """Where Newton's method led n pads, each from as many tries (seed and contact state)."""
 
-    statics: Statics  # of tries * n pads: all n pads once for each try
+    statics: Statics  # of tries * n pads in one row: all n pads once for each try
     z: np.ndarray  # (4, tries, n)
     touching: np.ndarray  # (points, tries, n), factors 1.0 and 0.0: the contact state of the try
     presses: np.ndarray  # (tries, n), bools: an equilibrium that presses on the surface
@@ -137,11 +138,11 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     touching = np.repeat(states, per_state * n, axis=1)
     starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     of_each_try = statics.pick(np.tile(np.arange(n), tries))
-    z, _, balanced = of_each_try.settle(starts, touching, 60)
+    z, _, balanced = of_each_try.solve_balance(starts, touching, 60)
     with np.errstate(all="ignore"):  # where there is none
         is_equilibrium = balanced & of_each_try.is_consistent(z, touching)
         presses = is_equilibrium & of_each_try.presses(z)
-        energy = of_each_try.model.energy(of_each_try.place(z), np.zeros(3), touching)
+        energy = of_each_try.model.energy(of_each_try.q(z), np.zeros(3), touching)
         energy = np.where(is_equilibrium, energy, np.inf)
     return _Search(
         statics=of_each_try,
@@ -152,12 +153,12 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     )
 
 
-def _least(statics: Statics, n: int) -> Equilibria:
+def _least_energy(statics: Statics, n: int) -> Equilibria:
     """The equilibrium without friction of least potential energy of each of n pads.
 
-    Those within the `LIMITS` of the excursion from the initial position are preferred, whatever
-    their energy. Of a pad that has none of them, `exists` is false if it hangs free of the surface
-    with less energy than any that presses.
+    Equilibria within the `LIMITS` of the excursion from the initial position are preferred,
+    whatever their energy. Of a pad that has none of them, `exists` is false if it hangs free of the
+    surface with less energy than any that presses.
     """
     search = _search(statics, _near_seeds(statics, n))
     touching = search.touching.reshape(len(search.touching), -1)
@@ -184,7 +185,7 @@ def _least(statics: Statics, n: int) -> Equilibria:
     )
 
 
-def rests(statics: Statics, n: int) -> Equilibria:
+def frictionless_equilibria(statics: Statics, n: int) -> Equilibria:
     """The equilibria of n pads without friction.
 
     With a contact law whose moment turns the pad back there is one, which Newton's method finds
@@ -192,7 +193,7 @@ def rests(statics: Statics, n: int) -> Equilibria:
     the equilibrium of least potential energy counts.
     """
     without_friction = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
-    z, determinant_sign, balanced = without_friction.settle(np.zeros((4, n)), None, 40)
+    z, determinant_sign, balanced = without_friction.solve_balance(np.zeros((4, n)), None, 40)
     touching = without_friction.gaps(z) < 0.0
     turns_back = statics.model.law.sign > 0.0
     is_stiff = determinant_sign == -1.0  # the static stiffness has a positive determinant
@@ -200,7 +201,7 @@ def rests(statics: Statics, n: int) -> Equilibria:
     missing = np.flatnonzero(~exists)
     for start in range(0, missing.size, MOST):
         i = missing[start : start + MOST]
-        least = _least(without_friction.pick(i), i.size)
+        least = _least_energy(without_friction.pick(i), i.size)
         exists[i] = least.exists
         with_rest = i[least.exists]
         z[:, with_rest] = least.z[:, least.exists]
@@ -211,24 +212,26 @@ def rests(statics: Statics, n: int) -> Equilibria:
 def find_all(model: PadModel) -> list[Equilibrium]:
     """All sliding equilibria (R_n > 0) at the pad's mu, least potential energy first.
 
-    Newton's method starts from some hundreds of places and tilts in each contact state; one farther
-    off than the springs are long may be missed. Raises ComputationError where rounding hides how
-    one presses on the surface.
+    Newton's method starts from some hundreds of positions and tilts in each contact state; an
+    equilibrium farther off than the springs are long may be missed. Raises ComputationError where
+    rounding hides how one presses on the surface.
     """
     statics = Statics.of(model)
     seeds = np.concatenate([_near_seeds(statics, 1), _far_seeds(statics)], axis=1)
     seeds[3] = model.pad.mu
     search = _search(statics, seeds)
-    places: list[np.ndarray] = []
+    distinct: list[np.ndarray] = []  # z (4,) of each
     equilibria: list[Equilibrium] = []
     for i in np.flatnonzero(search.presses):
         z = search.z[:, i, 0]
         # many seeds lead to the same equilibrium
-        distances = [np.abs(z - other).max() for other in places]
-        if min(distances, default=np.inf) < SAME_PLACE * (1.0 + np.max(np.abs(z))):
+        distances = [np.abs(z - other).max() for other in distinct]
+        if min(distances, default=np.inf) < SAME * (1.0 + np.max(np.abs(z))):
             continue
-        places.append(z)
-        equilibrium = record(statics, z, State(*(search.touching[:, i, 0] > 0.0).tolist()))
+        distinct.append(z)
+        equilibrium = equilibrium_in_si(
+            statics, z, State(*(search.touching[:, i, 0] > 0.0).tolist())
+        )
         if equilibrium is not None:
             equilibria.append(equilibrium)
     return sorted(equilibria, key=lambda equilibrium: equilibrium.potential)

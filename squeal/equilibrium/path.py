@@ -10,12 +10,17 @@ from functools import cached_property
 import numpy as np
 
 from squeal.equilibrium.branch import BranchEnd, Branches, NodeKind, follow
-from squeal.equilibrium.find import Equilibrium, find_all, record, rests
+from squeal.equilibrium.find import (
+    Equilibrium,
+    equilibrium_in_si,
+    find_all,
+    frictionless_equilibria,
+)
 from squeal.equilibrium.statics import WHY_UNRESOLVED, Equilibria, Statics
 from squeal.errors import ComputationError
 from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, linearise, net_loads
-from squeal.model.pad import Coefficients, pose
+from squeal.model.pad import Coefficients, pose_of
 from squeal.numerics.differentiation import STEP, with_derivative
 
 COEFFICIENT_ERROR = 4.0 * float(np.finfo(float).eps)  # of each coefficient and each load
@@ -49,7 +54,7 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
 def branch_of(model: PadModel, mu_max: float) -> Branches:
     """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
     statics = Statics.of(dataclasses.replace(model, damping=None).replace(mu=0.0))
-    return follow(statics, rests(statics, 1), np.array([mu_max]))
+    return follow(statics, frictionless_equilibria(statics, 1), np.array([mu_max]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +90,7 @@ class Path:
 
     @property
     def why_it_ends(self) -> str:
-        """The same in words."""
+        """How the path ends, in words."""
         if self.end == BranchEnd.NO_EQUILIBRIUM:
             return NO_START
         mu = self.mu_end
@@ -176,9 +181,9 @@ class Path:
         # derivatives of the conditions by relative changes of each coefficient, by complex steps
         sizes = np.array(statics.model.c._replace(mu=z[3, 0]), dtype=float)
         shifted = Coefficients(*(sizes[:, None] * (1.0 + 1j * STEP * np.eye(sizes.size))))
-        q = shifted.place(z.astype(complex))
+        q = shifted.xy_theta(z.astype(complex))
         f = net_loads(np, shifted, law, q, touching[:, 0])
-        shifted_gaps = law.gaps(shifted, pose(np, q))
+        shifted_gaps = law.gaps(shifted, pose_of(np, q))
         # the moment over w, as in the residual of the statics
         rows = [f.x, f.y, f.moment / statics.model.pad.w, *(shifted_gaps[i] for i in changed)]
         rates = np.imag(np.broadcast_arrays(*rows)) / STEP  # (conditions, coefficients)
@@ -198,7 +203,7 @@ class Path:
         the branch.
 
         Along the branch mu is a parabola, mu = top - curvature s^2 / 2 of slope -curvature s, so
-        that top - mu = slope^2 / (2 curvature). Both come from tangents at two places.
+        that top - mu = slope^2 / (2 curvature). Both come from the tangents at two points.
         """
         ahead = 1e-4 * np.abs(z).max()
 
@@ -225,8 +230,10 @@ class Path:
         reached = [mu for mu in mus if 0.0 <= mu <= self.mu_end]
         z, touching, _ = self.equilibria(reached)
         found: list[Equilibrium | None] = []
-        for place, on in zip(z.T, touching.T, strict=True):
-            found.append(record(self.statics, place, State(*on.tolist()), on_branch=True))
+        for unknowns, on in zip(z.T, touching.T, strict=True):
+            found.append(
+                equilibrium_in_si(self.statics, unknowns, State(*on.tolist()), on_branch=True)
+            )
         return found
 
     def __call__(self, mu: float) -> Linearisation:
@@ -247,9 +254,10 @@ class Path:
         """
         z, touching, _ = self.equilibria([mu])
         h = 1e-12
-        # four places (4, 4): column 0 is z, columns 1 to 3 have x, y and w theta moved
-        moved = z * (1.0 + h * np.eye(4, 4, 1))
-        at = self.statics.to_si(moved)
-        M, *C_and_K = linearise(self.model.replace(mu=mu), at, np.repeat(1.0 * touching, 4, 1))
-        unmoved, *others = np.moveaxis(np.array(C_and_K), -1, 0)
-        return [((M, *unmoved), (0 * M, *(other - unmoved) / h)) for other in others]
+        # four columns (4, 4): the first is z, the others have x, y and w theta moved
+        columns = z * (1.0 + h * np.eye(4, 4, 1))
+        q = self.statics.to_si(columns)
+        M, C, K = linearise(self.model.replace(mu=mu), q, np.repeat(1.0 * touching, 4, 1))
+        unmoved, *moved = np.moveaxis(np.array([C, K]), -1, 0)  # pairs (C, K)
+        matrices = (M, *unmoved)
+        return [(matrices, (0 * M, *(C_and_K - unmoved) / h)) for C_and_K in moved]

@@ -15,7 +15,7 @@ from numpy.polynomial.polynomial import polyval
 
 from squeal.model.contact import ContactLaw, Touching
 from squeal.model.equations import PadModel, Units, natural_units, net_loads
-from squeal.model.pad import Coefficients, Number, Operations, Pose, pose, springs
+from squeal.model.pad import Coefficients, Number, Operations, Pose, pose_of, springs
 from squeal.numerics import differentiation
 from squeal.numerics.differentiation import STEP, Dual, complex_step, with_derivative
 
@@ -35,17 +35,17 @@ WHY_UNRESOLVED = (
 class Equilibria(NamedTuple):
     """Equilibria of n pads."""
 
-    z: np.ndarray  # (4, n), places (x, y, w theta, mu) in natural units
+    z: np.ndarray  # (4, n), unknowns (x, y, w theta, mu) in natural units
     touching: np.ndarray  # (points, n), bools: the contact states
     exists: np.ndarray  # (n,), bools: whether the pad has one
 
     def some(self, which: np.ndarray) -> Equilibria:
         """The equilibria of some pads, by numbers or bools."""
-        return Equilibria(*(of_some(array, which) for array in self))
+        return Equilibria(*(take_columns(array, which) for array in self))
 
 
-def of_some(array: np.ndarray, which: np.ndarray) -> np.ndarray:
-    """Columns (..., j) of an array (..., k), by numbers or bools.
+def take_columns(array: np.ndarray, which: np.ndarray) -> np.ndarray:
+    """Some columns (..., j) of an array (..., k), by their numbers (j,) or by bools (k,).
 
     Each row of the answer is contiguous in memory, which those of `array[..., which]` are not.
     """
@@ -84,10 +84,10 @@ class NewtonResult(NamedTuple):
     converged: np.ndarray  # (k,), bools: to rounding
 
 
-class Settled(NamedTuple):
+class BalanceSolution(NamedTuple):
     """Where Newton's method at fixed mu ended for k pads."""
 
-    z: np.ndarray  # (4, k), places (x, y, w theta, mu) in natural units
+    z: np.ndarray  # (4, k), unknowns (x, y, w theta, mu) in natural units
     determinant_sign: np.ndarray  # (k,), see `Statics.determinant_sign`
     balanced: np.ndarray  # (k,), bools: converged, and the pad has not turned past 90 degrees
 
@@ -110,12 +110,11 @@ def newton(
     Parameters
     ----------
     step_from : callable
-        The step from places (m, j) of the j pads with numbers (j,).
+        The step from unknowns (m, j) of the j pads with numbers (j,).
     start : array (m, k)
-        Where it begins.
+        The unknowns at which it begins: x, y, w theta, and mu if m is 4.
     unit : array (k,)
-        A length that counts as small: with the largest of |x|, |y| and |w theta| added, it is what
-        a step is compared with.
+        Steps are compared with this length plus the largest of |x|, |y| and |w theta|.
     passes : int
         Steps at most.
     longest : array (m, k), optional
@@ -126,33 +125,33 @@ def newton(
     derivatives = np.empty(0)
     converged = np.zeros(k, dtype=bool)
     going = np.arange(k)  # numbers of the pads that have not ended
-    place = start  # of the pads that go on
+    present = start  # unknowns of these pads
     last_change = np.full(k, np.inf)
     for passed in range(1, passes + 1):
         with np.errstate(all="ignore"):
-            step, regular, J = step_from(place, going)
+            step, regular, J = step_from(present, going)
             if longest is not None:
-                excess = (np.abs(step) / of_some(longest, going)).max(axis=0)
+                excess = (np.abs(step) / take_columns(longest, going)).max(axis=0)
                 step = step / np.fmax(1.0, excess)
-            place = place - step
-            size = unit[going] + np.abs(place[:3]).max(axis=0)
+            present = present - step
+            size = unit[going] + np.abs(present[:3]).max(axis=0)
             change = np.where(regular, np.abs(step).max(axis=0) / size, np.inf)
         # next to a fold rounding keeps steps from shrinking further
         stalled = (change <= STALLED) & (change >= last_change)
         done = (change <= CONVERGED) | stalled
-        ends = done | ~np.isfinite(place).all(axis=0) | (passed == passes)
+        ends = done | ~np.isfinite(present).all(axis=0) | (passed == passes)
         if ends.all() and going.size == k:  # mostly all pads take as many steps
-            return NewtonResult(place, J, done)
+            return NewtonResult(present, J, done)
         if derivatives.size == 0:
             derivatives = np.empty((*J.shape[:-1], k))
         ended = going[ends]
-        x[:, ended] = of_some(place, ends)
-        derivatives[..., ended] = of_some(J, ends)
+        x[:, ended] = take_columns(present, ends)
+        derivatives[..., ended] = take_columns(J, ends)
         converged[ended] = done[ends]
         going = going[~ends]
         if not going.size:
             break
-        place = of_some(place, ~ends)
+        present = take_columns(present, ~ends)
         last_change = change[~ends]
     return NewtonResult(x, derivatives, converged)
 
@@ -177,22 +176,23 @@ class Statics:
         for name, value in pad.given().items():
             if np.ndim(value):
                 vars(pad)[name] = value[index]
+        # a coefficient is an array, or one number of all pads
         c = Coefficients(*(value[index] if np.ndim(value) else value for value in self.model.c))
         model = copy.copy(self.model)
         vars(model).update(pad=pad, c=c)
         return dataclasses.replace(self, model=model)
 
     def for_steps(self, index: np.ndarray) -> Statics:
-        """The statics of the pads that `index` names, for steps of Newton's method alone."""
+        """As `pick`, but for steps of Newton's method alone, of which a subclass copies less."""
         return self.pick(index)
 
-    def place(self, z: np.ndarray) -> np.ndarray:
-        """q = (x, y, theta) in natural units."""
-        return np.array(self.model.c.place(z))
+    def q(self, z: np.ndarray) -> np.ndarray:
+        """(x, y, theta) in natural units, shape (3, ...)."""
+        return np.array(self.model.c.xy_theta(z))
 
     def tilt(self, z: np.ndarray) -> np.ndarray:
         """theta0 + theta, shape (...)."""
-        return self.model.pad.theta0 + self.place(z)[2]
+        return self.model.pad.theta0 + self.q(z)[2]
 
     def to_si(self, z: np.ndarray) -> np.ndarray:
         """q = (x, y, theta) in SI units, shape (3, ...)."""
@@ -202,7 +202,7 @@ class Statics:
     def residual(self, z: Number, state: Touching, ops: Operations = np) -> tuple[Number, ...]:
         """Net loads (Fx, Fy, M/w) of a contact state at z, four numbers of any kind."""
         c = self.model.c._replace(mu=z[3])
-        f = net_loads(ops, c, self.model.law, c.place(z), state)
+        f = net_loads(ops, c, self.model.law, c.xy_theta(z), state)
         return f.x, f.y, f.moment / c.w
 
     def linearised(self, z: np.ndarray, state: Touching) -> tuple[np.ndarray, np.ndarray]:
@@ -214,13 +214,13 @@ class Statics:
 
     def gaps(self, z: np.ndarray) -> np.ndarray:
         """Gaps of the contact points, shape (points, ...)."""
-        return self.model.gaps(self.place(z))
+        return self.model.gaps(self.q(z))
 
     def rounding(self, z: np.ndarray) -> np.ndarray:
         """How far rounding of its summands may move each gap at z (4, ...), shape (points, ...)."""
         sizes = Coefficients(*map(np.abs, self.model.c))
-        at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
-        return np.array(gap_rounding(self.model.law, sizes, self.initial_gap, at))
+        pose = Pose(*map(np.abs, pose_of(np, tuple(self.q(z)))))
+        return np.array(gap_rounding(self.model.law, sizes, self.initial_gap, pose))
 
     @property
     def initial_gap(self) -> Number:
@@ -255,11 +255,11 @@ class Statics:
         by more than the rounding of their forces.
         """
         c = self.model.c
-        at = pose(np, tuple(self.place(z)))
-        moved_1 = np.hypot(*at.displacement(c.r1x, c.r1y))
-        moved_2 = np.hypot(*at.displacement(c.r2x, c.r2y))
+        pose = pose_of(np, tuple(self.q(z)))
+        moved_1 = np.hypot(*pose.displacement(c.r1x, c.r1y))
+        moved_2 = np.hypot(*pose.displacement(c.r2x, c.r2y))
         rounding = ROUNDING * (c.k1 * moved_1 + c.k2 * moved_2 + NEWTON_ROUNDING)
-        forced = -springs(np, c, at).y > rounding
+        forced = -springs(np, c, pose).y > rounding
         return np.asarray(self.touches(z) & (~self.unresolved(z) | (c.F_n > 0.0) | forced))
 
     def is_consistent(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
@@ -278,53 +278,54 @@ class Statics:
 
     def resultant(self, z: np.ndarray, state: Touching) -> tuple[Number, Number]:
         """R_n and its distance delta, as the formulation counts it."""
-        at = pose(np, tuple(self.place(z)))
+        pose = pose_of(np, tuple(self.q(z)))
         with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
-            return self.model.law.resultant(self.model.c, at, state)
+            return self.model.law.resultant(self.model.c, pose, state)
 
-    def events_behind(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
-        """Which events have been passed at places z (4, ..., k), beyond rounding; bools
+    def passed_events(self, z: np.ndarray, on: np.ndarray, mu_max: np.ndarray) -> np.ndarray:
+        """Which events have been passed at unknowns z (4, ..., k), beyond rounding; bools
         (points + 2, ..., k).
 
-        An event function is positive behind its event: the gap of each contact point (minus the gap
-        of one that does not touch), the tilt past 90 degrees, and mu past mu_max (k,). on
-        (points, k): the contact state as factors 1 and 0.
+        An event function is positive once its event has been passed. The events are, in the order
+        of the rows: a change at each contact point, whose function is the gap of a point that
+        touches and minus the gap of another one; the tilt past 90 degrees; and mu past mu_max (k,).
+        on (points, k): the contact state as factors 1 and 0.
         """
-        outwards = 2.0 * on - 1.0
+        outwards = 2.0 * on - 1.0  # 1 for a point that touches, else -1
         outwards = outwards.reshape(-1, *[1] * (z.ndim - 2), z.shape[-1])
         gaps, rounding = self.gaps_and_rounding(z)
         past_upright = np.abs(self.tilt(z)) > math.pi / 2
         past_end = z[3] - mu_max > RANGE_ROUNDING * mu_max
         return np.concatenate([outwards * gaps > rounding, (past_upright, past_end)])
 
-    def events_behind_on(
+    def passed_events_on(
         self, curve: np.ndarray, on: np.ndarray, mu_max: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
-        """A function of the share of cubic curves that applies `events_behind` there.
+        """A function of the share of cubic curves that applies `passed_events` there.
 
         curve (4, 4, k): coefficients by power of the share, of z. Shares are (k,), or (j, 1) for
         the same j on all curves; the function's values are (events, k) or (events, j, k).
         """
 
-        def behind(share: np.ndarray) -> np.ndarray:
+        def passed(share: np.ndarray) -> np.ndarray:
             broadcast = curve if share.ndim == 1 else curve[:, :, None]
-            return self.events_behind(polyval(share, broadcast, tensor=False), on, mu_max)
+            return self.passed_events(polyval(share, broadcast, tensor=False), on, mu_max)
 
-        return behind
+        return passed
 
     def determinant(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
-        """Determinant (1, ..., k) of the derivative of the balance by (x, y, w theta) at places z
-        (4, ..., k): zero at folds. As a triple product."""
+        """Determinant (1, ..., k) of the derivative of the balance by (x, y, w theta) at z
+        (4, ..., k): zero at folds. As the triple product of its rows."""
         _, slopes = self.linearised(z, on[:, None])
         of_x, of_y, of_moment = slopes[:, :3]
         return (of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True)
 
     def surface_step(self, z: np.ndarray, on: np.ndarray, surface: np.ndarray) -> Step:
-        """A step of Newton's method to where the balance meets a surface.
+        """A step of Newton's method to where the balance and one condition more are satisfied.
 
-        The surface sum_i weights_i gap_i + normal . z = offset is given by its weights (points, k),
-        normal (4, k) and offset, one below the other as rows (points + 5, k). The last of the
-        derivatives (4, 4, k) is that of this condition.
+        The condition is a surface, sum_i weights_i gap_i + normal . z = offset, given by its
+        weights (points, k), normal (4, k) and offset, one below the other as rows (points + 5, k).
+        The last of the derivatives (4, 4, k) is that of this condition.
         """
         weights, normal = np.split(surface[:-1], [-4])
         balance, slopes = self.linearised(z, on)
@@ -344,7 +345,8 @@ class Statics:
     def null_vectors(self, derivatives: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Vectors v (4, k) along which the balance does not change, with rows . v = 1.
 
-        derivatives: those of the balance, then others, as a `surface_step` or `fold_step` has them.
+        derivatives (>= 3, 4, k): the first three are those of the balance, as of a `surface_step`
+        or `fold_step`.
         """
         A = np.concatenate([np.moveaxis(derivatives[:3], -1, 0), rows.T[:, None, :]], axis=1)
         right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))  # 0 of the balance, 1 of the row
@@ -365,11 +367,11 @@ class Statics:
         return self.null_vectors(J, rows), self.determinant_sign(J[:, :3])
 
     def stiffness(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
-        """Minus the derivative (3, 3, k) of the loads by q at places z (4, k)."""
+        """Minus the derivative (3, 3, k) of the loads by q at z (4, k)."""
         model = self.model.replace(mu=z[3])
-        return -complex_step(partial(model.loads, state=on), self.place(z))
+        return -complex_step(partial(model.loads, state=on), self.q(z))
 
-    def place_error(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
+    def z_error(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         """How far rounding may move equilibria z (4, k) in (x, y, w theta), shape (3, k).
 
         To first order: the changes of the loads by rounding, solved with the derivative of the
@@ -378,7 +380,7 @@ class Statics:
         where the derivative is singular.
         """
         c = self.model.c
-        sizes = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
+        sizes = Pose(*map(np.abs, pose_of(np, tuple(self.q(z)))))
         _, J = self.linearised(z, on)
         of_springs = 0.0
         for stiffness, rx, ry in ((c.k1, c.r1x, c.r1y), (c.k2, c.r2x, c.r2y)):
@@ -392,7 +394,7 @@ class Statics:
         largest_gap_rounding = np.max(self.rounding(z), axis=0)
         for name in ("gap_l", "gap_t"):
             shifted = c._replace(mu=z[3], **{name: getattr(c, name) + 1j * STEP})
-            f = net_loads(np, shifted, self.model.law, c.place(z), on)
+            f = net_loads(np, shifted, self.model.law, c.xy_theta(z), on)
             slopes = np.imag(np.broadcast_arrays(f.x, f.y, f.moment / c.w)) / STEP
             load_changes.append(slopes * largest_gap_rounding)
         right_sides = np.moveaxis(np.array(load_changes), (2, 1), (0, 1))  # (k, 3, 5)
@@ -404,14 +406,14 @@ class Statics:
     def stiffness_error(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         """How far rounding of equilibria z (4, k) may move each entry of `stiffness`, (3, 3, k);
         infinite where it hides the contact state `on` (points, k)."""
-        moved_by = self.place_error(z, on)
+        moved_by = self.z_error(z, on)
         K = self.stiffness(z, on)
         error = np.zeros(K.shape)
         with np.errstate(all="ignore"):
             for i in range(3):
-                there = z.copy()
-                there[i] += moved_by[i]
-                error += np.abs(self.stiffness(there, on) - K)
+                moved = z.copy()
+                moved[i] += moved_by[i]
+                error += np.abs(self.stiffness(moved, on) - K)
             # of any corner, whose arm is at most w + h; moved_by[2] is w times the angle
             tip = moved_by[1] + moved_by[2] * (1.0 + self.model.c.h / self.model.c.w)
             is_hidden = np.any(np.abs(self.gaps(z)) <= tip, axis=0)
@@ -425,8 +427,10 @@ class Statics:
         """
         return np.sign(np.linalg.det(np.moveaxis(derivatives, -1, 0)))
 
-    def settle(self, z: np.ndarray, touching: np.ndarray | None, passes: int) -> Settled:
-        """Newton's method at fixed mu, to places where the loads balance.
+    def solve_balance(
+        self, z: np.ndarray, touching: np.ndarray | None, passes: int
+    ) -> BalanceSolution:
+        """Newton's method at fixed mu, to where the loads balance.
 
         Parameters
         ----------
@@ -442,16 +446,16 @@ class Statics:
         pad = self.model.pad
 
         def step_from(q: np.ndarray, i: np.ndarray) -> Step:
-            """The step from places q (3, j) of the pads i (j,) that have not converged yet."""
+            """The step from q (3, j) = (x, y, w theta) of the pads i (j,) that go on."""
             part = self if i.size == n else self.pick(i)
-            place = np.array([*q, z[3, i]])
+            unknowns = np.array([*q, z[3, i]])
             if touching is None:
-                gaps = part.gaps(place)
+                gaps = part.gaps(unknowns)
                 is_separated = np.all(gaps >= 0.0, axis=0)
                 on = (gaps < 0.0) + 1.0 * is_separated  # all points of a pad that touches nowhere
             else:
-                on = of_some(touching, i)
-            return part.step_at_friction(place, on)
+                on = take_columns(touching, i)
+            return part.step_at_friction(unknowns, on)
 
         # steps are limited, so that Newton's method does not jump to an equilibrium far from z
         longest = np.empty((3, n))
@@ -459,23 +463,23 @@ class Statics:
         longest[2] = 0.3 * pad.w  # 0.3 rad: the third coordinate is w theta
         natural_length = np.ones(n)
         q, derivatives, converged = newton(step_from, z[:3], natural_length, passes, longest)
-        places = np.concatenate([q, z[3:]])
+        end = np.concatenate([q, z[3:]])
         with np.errstate(all="ignore"):
             signs = self.determinant_sign(derivatives)
-        upright = np.abs(self.tilt(places)) < np.pi / 2
-        return Settled(places, signs, converged & upright)
+        upright = np.abs(self.tilt(end)) < np.pi / 2
+        return BalanceSolution(end, signs, converged & upright)
 
 
 def gap_rounding(
-    law: ContactLaw, sizes: Coefficients, initial_gap: Number, at: Pose
+    law: ContactLaw, sizes: Coefficients, initial_gap: Number, pose: Pose
 ) -> list[Number]:
     """How far rounding of its summands may move each gap, by the sizes of all numbers.
 
     sizes, initial_gap, at: absolute values of the coefficients, of the summands of the initial gap,
     and of the pose.
     """
-    # the gap with every term of its sum positive
-    sums = law.gaps(sizes._replace(gap_l=initial_gap, gap_t=initial_gap), at)
+    # each gap with every term of its sum positive
+    sums = law.gaps(sizes._replace(gap_l=initial_gap, gap_t=initial_gap), pose)
     return [ROUNDING * (total + NEWTON_ROUNDING) for total in sums]
 
 

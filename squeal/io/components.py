@@ -177,7 +177,7 @@ def assembly_file(
             contacts.append(_contact(contact, here, folder, values, components))
         parameter = keys.get("parameter", "mu")
         name = keys.get("name") or Path(at.source).stem
-        with at.named():
+        with at.prefixing_errors():
             assembly = assemble(bodies, contacts, values, parameter, name, cutoff)
 
         def join_at(changes: Parameters) -> Assembly:
@@ -248,7 +248,7 @@ def _warn_of_other_units(at: Place, components: Sequence[_LocatedComponent]) -> 
 
 def _formula_value(keys: Document, key: str, at: Place, values: Parameters) -> float:
     """The value of the formula that a key names, 1 if it is left out. Raises InputError."""
-    with (at / key).named():
+    with (at / key).prefixing_errors():
         return Formula(keys.get(key, "1")).value(values)
 
 
@@ -277,7 +277,7 @@ def _component(
     )
     if "reduced" in keys:
         reduced = keys["reduced"]
-        with (at / "reduced" / "residual_flexibility").named():
+        with (at / "reduced" / "residual_flexibility").prefixing_errors():
             flexibility = read_matrix(folder / reduced["residual_flexibility"]).matrix
             # a block of n rows for each term, and of unsymmetric ones also for each transposed term
             size = len(body.system.terms) * body.system.n
@@ -289,16 +289,16 @@ def _component(
         # the other keys are fields of the component by the same names
         body = replace(body, **reduced | {"residual_flexibility": flexibility.toarray()})
     if "rotation" in keys:
-        with (at / "rotation").named():
+        with (at / "rotation").prefixing_errors():
             body = body.rotating(**keys["rotation"], values=values)
     if "load" in keys:
         load = keys["load"]
         factor = _formula_value(load, "factor", at / "load", values)
         if "surface" in load:
-            with (at / "load" / "surface").named():
+            with (at / "load" / "surface").prefixing_errors():
                 unit_load = pressure_load(body, coordinates, load["surface"])
         else:
-            with (at / "load" / "file").named():
+            with (at / "load" / "file").prefixing_errors():
                 unit_load = read_load(folder / load["file"], body, coordinates)
         body = replace(body, load=factor * unit_load)
     return body
@@ -339,7 +339,7 @@ def _contact(
             arguments[key] = value
     points: dict[str, Any]  # arguments of `Contact` that the table or the faces give
     if "pairs" in keys:
-        with (at / "pairs" / "file").named():
+        with (at / "pairs" / "file").prefixing_errors():
             points = _table_of_pairs(folder / keys["pairs"]["file"])
     elif "faces" in keys:
         points = _face_contact(keys, at, components)
@@ -356,7 +356,7 @@ def _contact(
         raise (at / given_twice[0]).refuse(f"is not allowed beside {giver}")
     if "gap" in points:  # the column holds the gap of each pair, the key adds the same to all
         points["gap"] = points["gap"] + arguments.get("gap", 0.0)
-    with at.named():
+    with at.prefixing_errors():
         return Contact(**arguments | points)
 
 
@@ -372,11 +372,11 @@ def _face_contact(
             raise (at / "between").must_be(name, f"one of {', '.join(components)}")
         body, coordinates = components[name]
         bodies.append(body)
-        with (at / "faces" / name).named():
+        with (at / "faces" / name).prefixing_errors():
             surfaces.append(read_surface(coordinates, surface))
     first, second = bodies
     on_first, on_second = surfaces
-    with (at / "faces").named():
+    with (at / "faces").prefixing_errors():
         contact = contact_between_faces(first, second, on_first, on_second, keys["distance"])
     return {"pairs": contact.points, "area": contact.area, "normal": contact.normal}
 

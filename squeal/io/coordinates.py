@@ -75,8 +75,8 @@ class Coordinates:
             supports=supports,
         )
 
-    def with_rows_behind(self, count: int) -> "Coordinates":
-        """The coordinates with `count` more rows that move nothing."""
+    def with_more_rows(self, count: int) -> "Coordinates":
+        """The coordinates with `count` rows more at the end, which move nothing."""
         return replace(
             self,
             nodes=np.append(self.nodes, np.zeros(count, self.nodes.dtype)),

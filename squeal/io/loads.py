@@ -57,7 +57,7 @@ def _loaded_rows(
         count = body.system.n + len(coordinates.supports)
         index = row_in(cells["row"], at / "row", count)
         return np.flatnonzero(np.delete(np.arange(count), coordinates.supports) == index)
-    with at.named():
+    with at.prefixing_errors():
         rows = body.rows_of([cells["node"]])[0]
     direction = DIRECTIONS[DOF.read(cells["dof"].lower(), at / "dof")]
     if direction in (NO_DIRECTION, FIXED) or rows[direction] < 0:
@@ -100,7 +100,7 @@ def _deck_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray
         elif kind.upper() != "P":
             raise line.at.refuse(f"{kind} is not read; it must be P, a pressure")
         else:  # *DSLOAD: name is that of a surface
-            with line.at.named():
+            with line.at.prefixing_errors():
                 _add_pressure(load, body, read_surface(coordinates, name), value)
     return load
 

@@ -87,7 +87,7 @@ def _interrupts_ignored() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
 
 
-def counted(
+def with_progress(
     results: Iterable[Result], count: int, tell: Callable[[str], None], what: str = "values"
 ) -> Iterator[Result]:
     """Pass on the `count` results, and report progress about once a second.

@@ -98,9 +98,9 @@ def _module_files(name: str) -> frozenset[Path]:
     enclosing_package, _, _ = name.rpartition(".")
     if not name.startswith(f"{PACKAGE}."):
         return frozenset({ROOT / "__init__.py"} if name == PACKAGE else ())
-    place = ROOT.parent.joinpath(*name.split("."))
-    own = (place.with_suffix(".py"), place / "__init__.py")
-    return _module_files(enclosing_package).union(file for file in own if file.is_file())
+    path = ROOT.parent.joinpath(*name.split("."))
+    candidates = (path.with_suffix(".py"), path / "__init__.py")
+    return _module_files(enclosing_package).union(file for file in candidates if file.is_file())
 
 
 @cache

@@ -107,7 +107,8 @@ class SystemFile:
     damped : tuple of Damped
         What has damping that is not given as a matrix.
     held : frozenset of str
-        Parameters that change what is damped as a whole, but not its damping.
+        Parameters of terms of K that are damped as a whole: where they change, the damping matrix
+        stays the one of the given values.
     assembly : Assembly or None
         What components were joined to.
 
@@ -165,7 +166,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     for file in files:
         assumptions += file.assumptions
     assumptions += _compare_labels(at, terms, files)
-    with at.named():
+    with at.prefixing_errors():
         sparse_matrices = aligned(files)
     matrices: list[Matrix] = sparse_matrices
     if _is_dense(terms, sparse_matrices):
@@ -174,7 +175,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     made = _make_terms(terms, matrices, files, folder, parameter)
     labels = all_labels(files)
     coordinates = _coordinates(keys, at, folder, rows, labels)
-    with at.named():
+    with at.prefixing_errors():
         system = TermSystem(
             tuple(made.of_part["M"]),
             tuple(made.of_part["C"]),
@@ -203,7 +204,7 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     if coordinates is not None:
         added_rows = system.n - undamped_rows
         left_out = np.union1d(empty, supports)
-        coordinates = coordinates.without(left_out).with_rows_behind(added_rows)
+        coordinates = coordinates.without(left_out).with_more_rows(added_rows)
     return SystemFile(
         system,
         reference=keys.get("reference", ""),
@@ -289,7 +290,7 @@ def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path
         by_key = half_units(matrix, term.keys["digits"])
         return Precision(digits, by_key.maximum(of_file.errors))
     here = term.at / "errors"
-    with here.named():
+    with here.prefixing_errors():
         errors = read_matrix(folder / term.keys["errors"]).matrix
     if np.iscomplexobj(errors) or errors.shape != matrix.shape or errors.min() < 0.0:
         raise here.refuse(
@@ -319,7 +320,7 @@ def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:
         request = (name, key, symmetric)
         here = term.at / "file"
         if request not in read:
-            with here.named():
+            with here.prefixing_errors():
                 read[request] = read_matrix(folder / name, key, symmetric, opened)
         file = read[request]
         if symmetric and formula_of(term).names and not file.matrix.diagonal().any():
@@ -351,10 +352,10 @@ def _coordinates(
     """Nodes and elements of the rows, None without the key coordinates. Raises InputError."""
     if "coordinates" not in keys:
         return None
-    with (at / "coordinates" / "file").named():
+    with (at / "coordinates" / "file").prefixing_errors():
         coordinates = read_coordinates(folder / keys["coordinates"]["file"], rows, labels)
     if "elements" in keys:
-        with (at / "elements" / "file").named():
+        with (at / "elements" / "file").prefixing_errors():
             coordinates = read_elements(folder / keys["elements"]["file"], coordinates)
     return coordinates
 
@@ -385,7 +386,7 @@ def _with_damping(
     damping = keys.get("damping", {})
     ratios = damping.get("ratios", ())
     if isinstance(ratios, dict):
-        with (at / "damping" / "ratios" / "file").named():
+        with (at / "damping" / "ratios" / "file").prefixing_errors():
             ratios = _ratios_over_frequency(folder / ratios["file"])
     return damped(
         system,
@@ -424,9 +425,11 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
     that another one has.
     """
     labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
+    occurrences: Counter[tuple[int, int]] = Counter()
     unlabelled = []
     for term, file in zip(terms, files, strict=True):
         labels[term.matrix_part].update(file.labels or ())
+        occurrences.update(file.labels or ())
         if not file.labels:
             unlabelled.append(term.keys.get("file", term.part))
     if unlabelled and any(labels.values()):
@@ -434,9 +437,6 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
             f"{', '.join(unlabelled)}: the rows have no labels (node, dof) as other matrices have; "
             "HBMAT needs a .mapping beside each matrix, CalculiX a .dof"
         )
-    occurrences: Counter[tuple[int, int]] = Counter()
-    for file in files:
-        occurrences.update(file.labels or ())
     for term, file in zip(terms, files, strict=True):
         if file.labels and not any(occurrences[label] > 1 for label in file.labels):
             node, freedom = file.labels[0]

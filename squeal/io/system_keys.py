@@ -88,7 +88,7 @@ class Part(Kind):
             return (TERM.read(value, at),)
         if isinstance(value, list) and value and isinstance(value[0], list):
             return ({"matrix": Square(most=MOST_ROWS).read(value, at)},)
-        return Several(TERM, self.named).read(value, at)
+        return Several(TERM, self.allowed).read(value, at)
 
 
 PART = Part("rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}")
@@ -101,7 +101,7 @@ class Ratios(Kind):
         if isinstance(value, dict):
             return CSV.read(value, at)
         if isinstance(value, list):
-            return Several(NOT_NEGATIVE, self.named).read(value, at)
+            return Several(NOT_NEGATIVE, self.allowed).read(value, at)
         return NOT_NEGATIVE.read(value, at)
 
 

@@ -92,7 +92,7 @@ def number_in(text: str, at: Place, kind: Kind = ANY) -> float:
     try:
         number = float(text)
     except ValueError:
-        raise at.must_be(text, kind.named) from None
+        raise at.must_be(text, kind.allowed) from None
     return float(kind.read(number, at))
 
 

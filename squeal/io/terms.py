@@ -67,7 +67,7 @@ def _terms_of_part(part: str, terms: tuple[Document, ...], at: Place) -> list[Te
 
 def formula_of(term: TermKeys) -> Formula:
     """What a term is multiplied with, without tables and loss factors. Raises InputError."""
-    with (term.at / "factor").named():
+    with (term.at / "factor").prefixing_errors():
         formula = Formula(term.keys.get("factor", "1"), str(term.at / "factor"))
     if not formula.names:
         formula.value({})  # refuses one without a value, such as 1/0
@@ -92,7 +92,7 @@ def factor_of(
     if "structural" not in term.keys:
         return formula
     here = term.at / "structural"
-    with here.named():
+    with here.prefixing_errors():
         loss = Formula(term.keys["structural"], str(here))
     if not loss.names:
         NOT_NEGATIVE.read(loss.value({}), here)
@@ -106,7 +106,7 @@ def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulu
     """
     source = folder / term.keys["modulus"]["file"]
     columns = ("frequency", "storage")
-    with (term.at / "modulus" / "file").named():
+    with (term.at / "modulus" / "file").prefixing_errors():
         frequencies, storage, loss = read_rising(source, columns, NOT_NEGATIVE, optional="loss")
     if term.part == "C" and any(loss):
         raise (term.at / "modulus").refuse(
@@ -133,7 +133,7 @@ def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -
         raise here.refuse(f"over {over} is not allowed; the key modulus takes tables over it")
     column = table["column"].strip().lower()
     source = folder / table["file"]
-    with (here / "file").named():
+    with (here / "file").prefixing_errors():
         points, quantities = read_rising(source, (over.lower(), column))
     return Tabulated(
         factor=formula,

@@ -35,7 +35,7 @@ JsonObject: TypeAlias = dict[str, Any]
 """An object as JSON holds it: values by key."""
 
 
-def picked(source: object, names: str) -> dict[str, Any]:
+def copied_attributes(source: object, names: str) -> dict[str, Any]:
     """Copies of some attributes of an object, by their names, which blanks separate in `names`."""
     return {name: deepcopy(getattr(source, name)) for name in names.split()}
 
@@ -178,11 +178,13 @@ def number(value: float, digits: int = 6) -> str:
     return text
 
 
-def located(value: float, low: float, high: float) -> str:
+def with_known_digits(value: float, low: float, high: float) -> str:
     """A value in as many digits as the interval from low to high leaves, at most twelve.
 
-    >>> located(0.7071067811865, 0.29, 1.13), located(0.7071067811865, 0.70710677, 0.70710679)
-    ('0.7', '0.70710678')
+    >>> with_known_digits(0.7071067811865, 0.29, 1.13)
+    '0.7'
+    >>> with_known_digits(0.7071067811865, 0.70710677, 0.70710679)
+    '0.70710678'
     """
     error = max(high - value, value - low)
     if not error > 0.0 or not value:
@@ -485,9 +487,10 @@ class Mark(Enum):
 
 @dataclass(frozen=True)
 class Panel:
-    """What one panel shows of an answer's table: column y over column x, by name or by place.
+    """What one panel shows of an answer's table: column y over column x, by name or by index.
 
-    each: a column of which each value has a line of its own; bars are shown of its first value.
+    each: the column whose values tell lines apart, one line a value; bars are shown of its first
+    value.
     """
 
     x: str | int
@@ -512,7 +515,7 @@ class Answer(ABC):
     panel: ClassVar[Panel]
     """What one panel shows; none of maps, conditions and energy over a sweep, drawn as they are."""
     grid: ClassVar[tuple[str | int, ...]] = ()
-    """The columns, by name or by place, that are the axes of an array of the answer: no two rows
+    """The columns, by name or by index, that are the axes of an array of the answer: no two rows
     that count have the same values in all of them."""
 
     @abstractmethod

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputError, meant, within_doubles
+from squeal.errors import InputError, suggestion, within_doubles
 from squeal.linear.labels import Label, row_name, rows_in_words
 from squeal.linear.matrices import (
     MCK,
@@ -186,7 +186,7 @@ class System:
                     raise InputError(
                         f"{letter}: factor {term.factor.text}: {name} is none of the "
                         "`parameters` of the same system; "
-                        f"{meant(name, sorted(self.parameters))}"
+                        f"{suggestion(name, sorted(self.parameters))}"
                     )
 
     @staticmethod
@@ -360,7 +360,7 @@ class System:
             at = Place("System", "changes")
             for name, value in CHANGES.read(changes, at).items():
                 if name not in values:
-                    raise InputError(f"{name}: is no parameter; {meant(name, sorted(values))}")
+                    raise InputError(f"{name}: is no parameter; {suggestion(name, sorted(values))}")
                 values[name] = ANY.read(value, at / name)
         return values
 

@@ -175,7 +175,7 @@ def read_terms(
         has_factors = isinstance(value, Mapping) and not is_sparse(value)
         arrays = value if has_factors else {"1": value}
         terms = []
-        with Place("System", part).named():
+        with Place("System", part).prefixing_errors():
             for factor, array in arrays.items():
                 array_labels = labels_of(array)
                 if array_labels is not None:
@@ -187,7 +187,7 @@ def read_terms(
                 digits, errors = precision_of_floats(matrix, short_floats(array))
                 terms.append(Term(matrix, formula, digits, errors=errors))
         parts[part] = tuple(terms)
-    with Place("System").named():
+    with Place("System").prefixing_errors():
         refuse_other_labels(labels)
     first_labels = next(iter(labels.values()), [])  # all others are the same
     return parts, tuple(first_labels)

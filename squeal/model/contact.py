@@ -63,7 +63,7 @@ FULL, NONE, LEAD, TRAIL = STATES
 class Signal(NamedTuple):
     """A quantity that is plotted and whose range is given, over a scale.
 
-    over: the parameter that it is divided by, F_n for a force and w for a place; symbol: as TeX;
+    over: the parameter that it is divided by, F_n for a force and w for a position; symbol: as TeX;
     title: short, for a panel; words: in a sentence.
     """
 
@@ -96,9 +96,9 @@ def face_state(state: State) -> str:
 class ContactLaw(ABC):
     """Loads on the pad from unilateral contact at points of its lower face.
 
-    Pure formulas over generic numbers: c are the pad's coefficients, `at` its pose, `on` says
-    which contact points touch. A law is hashable and holds no state. The face is straight, so that
-    two normal forces at its edges stand for any pressure along it.
+    Pure formulas over generic numbers: c are the pad's coefficients, `on` is 1 for each contact
+    point that touches and 0 for each other one. A law is hashable and holds no state. The face is
+    straight, so that two normal forces at its edges stand for any pressure along it.
 
     parameters: names of the stiffnesses of `Pad` that it uses; absolute_gap: the surface lies at
     y = -h and y0, theta0 open a gap, instead of contact that is relaxed in the initial position;
@@ -117,8 +117,8 @@ class ContactLaw(ABC):
 
     @property
     def sign(self) -> float:
-        """Of the moment of Rn: with 1 it turns the pad back, so that without friction a pad rests
-        in one place near the initial one."""
+        """Of the moment of Rn: with 1 it turns the pad back, so that without friction a pad has one
+        equilibrium near the initial position."""
         return 1.0
 
     def state_name(self, state: State) -> str:
@@ -126,47 +126,48 @@ class ContactLaw(ABC):
         return face_state(state)
 
     @abstractmethod
-    def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
+    def gaps(self, c: Coefficients, pose: Pose) -> tuple[Number, ...]:
         """Height of each contact point over the surface; contact changes where it passes zero."""
 
     @abstractmethod
-    def edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
+    def edge_forces(self, c: Coefficients, pose: Pose, on: Touching) -> Point:
         """Normal forces at the leading and the trailing edge, zero where nothing touches."""
 
     @abstractmethod
-    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
+    def energy(self, c: Coefficients, pose: Pose, on: Touching) -> Number:
         """Potential energy of the contact."""
 
-    def normal(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+    def normal(self, c: Coefficients, pose: Pose, on: Touching) -> tuple[Number, Number]:
         """Total normal reaction Rn and its moment."""
-        f1, f2 = self.edge_forces(c, at, on)
-        x1, x2 = edges(c, at)
+        f1, f2 = self.edge_forces(c, pose, on)
+        x1, x2 = edges(c, pose)
         return f1 + f2, x1 * f1 + x2 * f2
 
-    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
+    def loads(self, c: Coefficients, pose: Pose, on: Touching) -> Loads:
         """Normal and friction forces, Eqs. (8)-(10), friction at the constant arm h."""
-        Rn, moment = self.normal(c, at, on)
+        Rn, moment = self.normal(c, pose, on)
         Rf = c.mu * Rn
         return Loads(Rf, Rn, self.sign * moment + c.h * Rf)
 
-    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Rn and its distance from the mass centre along x, 0/0 apart."""
-        Rn, moment = self.normal(c, at, on)
+    def resultant(self, c: Coefficients, pose: Pose, on: Touching) -> tuple[Number, Number]:
+        """Rn and its distance from the mass centre along x, 0/0 where nothing touches."""
+        Rn, moment = self.normal(c, pose, on)
         return Rn, moment / Rn
 
-    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """The signals `plotted`, in units of force and length; a place is 0/0 (NaN) apart."""
-        return self.resultant(c, at, on)
+    def signals(self, c: Coefficients, pose: Pose, on: Touching) -> tuple[Number, Number]:
+        """The signals `plotted`, in units of force and length; a position is 0/0 (NaN) where
+        nothing touches."""
+        return self.resultant(c, pose, on)
 
 
 class Spring(NamedTuple):
     """A contact spring.
 
-    place: along the lower face, -1 at the leading and 1 at the trailing edge; stiffness: the
-    parameter that gives it, of which the spring has a share.
+    position: along the lower face, -1 at the leading and 1 at the trailing edge; stiffness: the
+    parameter of the pad of whose value the spring has a share.
     """
 
-    place: float
+    position: float
     stiffness: str
     share: float = 1.0
 
@@ -174,9 +175,9 @@ class Spring(NamedTuple):
 class Springs(ContactLaw):
     """Unilateral springs along the lower face, whose points are the contact points.
 
-    A spring at the place p has the gap a g_l + b g_t of those at the edges, a = (1 - p)/2 and b =
-    (1 + p)/2, and loads the edges with the shares a and b. All springs together are a symmetric
-    stiffness (2, 2) of the edges, which alone knows which of them touch.
+    A spring at the position p has the gap a g_l + b g_t of the gaps at both edges, a = (1 - p)/2
+    and b = (1 + p)/2, and its force loads the edges with the shares a and b. The springs that touch
+    together are a symmetric stiffness (2, 2) of the edges.
     """
 
     @property
@@ -190,10 +191,11 @@ class Springs(ContactLaw):
 
     @cached_property
     def _weights(self) -> tuple[tuple[float, float], ...]:
-        return tuple(((1.0 - s.place) / 2.0, (1.0 + s.place) / 2.0) for s in self.springs)
+        """The factors a and b of each spring."""
+        return tuple(((1.0 - s.position) / 2.0, (1.0 + s.position) / 2.0) for s in self.springs)
 
-    def gaps(self, c: Coefficients, at: Pose) -> tuple[Number, ...]:
-        gl, gt = gaps(c, at)
+    def gaps(self, c: Coefficients, pose: Pose) -> tuple[Number, ...]:
+        gl, gt = gaps(c, pose)
         return tuple(a * gl + b * gt for a, b in self._weights)
 
     def _stiffness(self, c: Coefficients, on: Touching) -> tuple[Number, Number, Number]:
@@ -206,13 +208,13 @@ class Springs(ContactLaw):
             tt = tt + k * (b * b)
         return ll, lt, tt
 
-    def edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
-        gl, gt = gaps(c, at)
+    def edge_forces(self, c: Coefficients, pose: Pose, on: Touching) -> Point:
+        gl, gt = gaps(c, pose)
         ll, lt, tt = self._stiffness(c, on)
         return -(ll * gl + lt * gt), -(lt * gl + tt * gt)
 
-    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
-        gl, gt = gaps(c, at)
+    def energy(self, c: Coefficients, pose: Pose, on: Touching) -> Number:
+        gl, gt = gaps(c, pose)
         ll, lt, tt = self._stiffness(c, on)
         return 0.5 * (ll * gl * gl + 2.0 * lt * gl * gt + tt * gt * gt)
 
@@ -240,22 +242,22 @@ class PointContact(Springs):
         """The article's number of a state (Fig. 3)."""
         return str(1 + STATES.index(state))
 
-    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
+    def loads(self, c: Coefficients, pose: Pose, on: Touching) -> Loads:
         """Normal and friction forces of Eqs. (4)-(6), friction where its edge is."""
-        f1, f2 = self.edge_forces(c, at, on)
-        leading = Loads.of(at, (c.rlx, c.rly), c.mu * f1, f1)
-        return leading + Loads.of(at, (c.rtx, c.rty), c.mu * f2, f2)
+        f1, f2 = self.edge_forces(c, pose, on)
+        leading = Loads.of(pose, (c.rlx, c.rly), c.mu * f1, f1)
+        return leading + Loads.of(pose, (c.rtx, c.rty), c.mu * f2, f2)
 
-    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        return self.edge_forces(c, at, on)
+    def signals(self, c: Coefficients, pose: Pose, on: Touching) -> tuple[Number, Number]:
+        return self.edge_forces(c, pose, on)
 
 
 @dataclass(frozen=True)
 class SpringContact(Springs):
     """Equal springs at equal distances along the lower face, a discrete line contact (model BN).
 
-    N springs k_c/N at the places (2 i + 1 - N)/sqrt(N^2 - 1), i from 0 to N - 1: the middles of N
-    equal parts of the face, moved outwards by 1/sqrt(1 - 1/N^2), since their mean square there is
+    N springs k_c/N at the positions (2 i + 1 - N)/sqrt(N^2 - 1), i from 0 to N - 1: the middles of
+    N equal parts of the face, moved outwards by 1/sqrt(1 - 1/N^2), since their mean square there is
     (1 - 1/N^2)/3 and a uniform face has 1/3. Normal stiffness k_c and rotational stiffness
     k_c w^2/3 in full contact are then exactly those of the line contact, the limit of many springs.
     """
@@ -265,14 +267,14 @@ class SpringContact(Springs):
     @cached_property
     def springs(self) -> tuple[Spring, ...]:
         n = self.count
-        wide = math.sqrt(n * n - 1.0)
-        return tuple(Spring((2 * i + 1 - n) / wide, "k_c", share=1.0 / n) for i in range(n))
+        width = math.sqrt(n * n - 1.0)
+        return tuple(Spring((2 * i + 1 - n) / width, "k_c", share=1.0 / n) for i in range(n))
 
-    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Rn and delta, which is NaN as apart where the touch is too light to tell."""
-        force, place = self.resultant(c, at, on)
-        least = 1e-8 * c.k_c * c.w  # a lighter touch leaves of the place nothing but rounding
-        return force, np.where(np.less(force, least), np.nan, place)
+    def signals(self, c: Coefficients, pose: Pose, on: Touching) -> tuple[Number, Number]:
+        """Rn and delta; delta is NaN where nothing touches, or too lightly for its digits."""
+        force, delta = self.resultant(c, pose, on)
+        least = 1e-8 * c.k_c * c.w  # a lighter touch leaves of delta nothing but rounding
+        return force, np.where(np.less(force, least), np.nan, delta)
 
 
 @dataclass(frozen=True)
@@ -298,7 +300,10 @@ class LineContact(ContactLaw):
         return 1.0 if self.delta_moment == "+" else -1.0
 
     def _partial(self, gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
-        """Penetration of the edge that touches alone and contact length over 2 w, else zeros."""
+        """Penetration of the edge that touches alone and contact length over 2 w, else zeros.
+
+        By factors 1 and 0 instead of branches, since `on` may hold arrays or symbols.
+        """
         leading, trailing = on
         side = trailing - leading  # -1 where the leading edge touches alone, 1 the trailing
         partial = side * side  # 1 in partial contact, else 0
@@ -306,9 +311,9 @@ class LineContact(ContactLaw):
         difference = side * (gl - gt)  # the penetration at this edge less that at the other
         return p, p / (difference + (1.0 - partial))  # outside of partial contact 0 / 1
 
-    def edge_forces(self, c: Coefficients, at: Pose, on: Touching, unit: bool = False) -> Point:
+    def edge_forces(self, c: Coefficients, pose: Pose, on: Touching, unit: bool = False) -> Point:
         """See `ContactLaw`; `unit`: as if Rn were 1 in partial contact, where it may vanish."""
-        gl, gt = gaps(c, at)
+        gl, gt = gaps(c, pose)
         leading, trailing = on
         p, part = self._partial(gl, gt, on)
         if unit:
@@ -328,21 +333,24 @@ class LineContact(ContactLaw):
         return f1, f2
 
     def normal(
-        self, c: Coefficients, at: Pose, on: Touching, unit: bool = False
+        self, c: Coefficients, pose: Pose, on: Touching, unit: bool = False
     ) -> tuple[Number, Number]:
-        f1, f2 = self.edge_forces(c, at, on, unit)
-        x1, x2 = edges(c, at)
-        origin = c.x0 + at.x if self.delta_from == "frame" else 0.0
+        f1, f2 = self.edge_forces(c, pose, on, unit)
+        x1, x2 = edges(c, pose)
+        origin = c.x0 + pose.x if self.delta_from == "frame" else 0.0
         return f1 + f2, (origin + x1) * f1 + (origin + x2) * f2
 
-    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Rn and delta, Eqs. (13)-(20); where contact is lost delta has its limit, the edge."""
-        unit_force, unit_moment = self.normal(c, at, on, unit=True)
-        return self.normal(c, at, on)[0], unit_moment / unit_force
+    def resultant(self, c: Coefficients, pose: Pose, on: Touching) -> tuple[Number, Number]:
+        """Rn and delta, Eqs. (13)-(20); where contact is lost delta has its limit, the edge.
 
-    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
+        delta is moment over force for a force of 1, which stays defined where Rn vanishes.
+        """
+        unit_force, unit_moment = self.normal(c, pose, on, unit=True)
+        return self.normal(c, pose, on)[0], unit_moment / unit_force
+
+    def energy(self, c: Coefficients, pose: Pose, on: Touching) -> Number:
         """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""
-        gl, gt = gaps(c, at)
+        gl, gt = gaps(c, pose)
         p, part = self._partial(gl, gt, on)
         full = on[0] * on[1] * ((gl + gt) ** 2 / 8.0 + (gl - gt) ** 2 / 24.0)
         return c.k_c * (p * p * part / 6.0 + full)

@@ -37,7 +37,7 @@ from squeal.model.pad import (
     Pad,
     at_speed,
     coefficients,
-    pose,
+    pose_of,
     spring_energy,
     springs,
 )
@@ -54,8 +54,8 @@ def term_count(terms: tuple[str, ...]) -> int:
 
 def net_loads(ops: Operations, c: Coefficients, law: ContactLaw, q: Number, on: Touching) -> Loads:
     """Right-hand sides of Eqs. (4)-(6) or (8)-(10) in a contact state (m and I not divided out)."""
-    at = pose(ops, q)
-    total = springs(ops, c, at) + law.loads(c, at, on)
+    pose = pose_of(ops, q)
+    total = springs(ops, c, pose) + law.loads(c, pose, on)
     return total._replace(y=total.y - c.F_n)
 
 
@@ -98,10 +98,11 @@ class PadModel:
         return coefficients(np, self.pad, self.law.absolute_gap)
 
     def loads(self, q: Number, state: Touching, rates: Number = None) -> np.ndarray:
-        """Net force and moment (Fx, Fy, M) in a given state; q of shape (3, ...), real or complex.
+        """Net force and moment (Fx, Fy, M) in a contact state; q (3, ...), real or complex.
 
-        The state is taken as given, so the result is smooth in q; it is the physical load where
-        `state_at(q)` is that state. At rest without `rates` (3, ...), the velocities.
+        The state does not follow the gaps at q, so that the result is smooth in q; it is the
+        physical load where `state_at(q)` is that state. rates (3, ...): the velocities of (x, y,
+        theta), on which damping and falling friction depend; left out the pad is at rest.
         """
         if rates is None:
             return np.array(np.broadcast_arrays(*net_loads(np, self.c, self.law, tuple(q), state)))
@@ -114,7 +115,7 @@ class PadModel:
 
     def gaps(self, q: Number) -> np.ndarray:
         """Gaps of the contact points (the two edges in B1 and B2), shape (points, ...)."""
-        return np.array(self.law.gaps(self.c, pose(np, tuple(q))))
+        return np.array(self.law.gaps(self.c, pose_of(np, tuple(q))))
 
     def state_at(self, q: Number) -> State:
         """Contact state at q (3,): a point touches where its gap is negative."""
@@ -132,10 +133,10 @@ class PadModel:
 
     @property
     def term_values(self) -> np.ndarray:
-        """The numbers (`term_count`, ...) of these terms: D, then `Pad.fall` and V."""
+        """The numbers (`term_count`, ...) of these terms: `decay` D, then `Pad.fall` and V."""
         if not self.terms:
             return np.empty(0)
-        numbers = [*self.decay.reshape(9, *self.decay.shape[2:])]
+        numbers = [*self.decay.reshape(9, *self.decay.shape[2:])]  # D row by row
         if self.pad.fall is not None:
             numbers += [*self.pad.fall, self.pad.V]
         return np.array(np.broadcast_arrays(*numbers))
@@ -145,17 +146,19 @@ class PadModel:
         """D (3, 3, ...) = M^-1 C in (x, y, w theta), whose velocities v damping changes by -D v."""
         if self.damping is None:
             return np.zeros((3, 3))
-        # (x, y, w theta) over (x, y, theta)
+        # C acts on (x, y, theta) = (x, y, w theta) / lever: D_ij = lever_i C_ij / (mass_i lever_j)
         lever = np.array(np.broadcast_arrays(1.0, 1.0, self.pad.w))
         mass = np.array(np.broadcast_arrays(self.pad.m, self.pad.m, self.pad.I))
         return np.asarray(np.array(self.damping) * lever[:, None] / (mass[:, None] * lever))
 
     def energy(self, q: Number, rates: Number, state: Touching) -> Number:
         """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""
-        at = pose(np, tuple(q))
+        pose = pose_of(np, tuple(q))
         c = self.c
         kinetic = 0.5 * (c.m * (rates[0] ** 2 + rates[1] ** 2) + c.I * rates[2] ** 2)
-        return kinetic + spring_energy(np, c, at) + self.law.energy(c, at, state) + c.F_n * at.y
+        return (
+            kinetic + spring_energy(np, c, pose) + self.law.energy(c, pose, state) + c.F_n * pose.y
+        )
 
     @property
     def states(self) -> tuple[State, ...]:
@@ -178,9 +181,9 @@ class PadModel:
 
 
 class Linearisation(NamedTuple):
-    """M q'' + C q' + K q = 0 about a place of rest, each matrix (3, 3), SI units, unwritable.
+    """M q'' + C q' + K q = 0 about an equilibrium, each matrix (3, 3), SI units, unwritable.
 
-    About n places C and K are stacks (3, 3, n).
+    About n equilibria C and K are stacks (3, 3, n).
     """
 
     M: np.ndarray
@@ -191,8 +194,8 @@ class Linearisation(NamedTuple):
 def linearise(model: PadModel, q: Number, state: Touching) -> Linearisation:
     """Matrices about q = (x, y, theta) in a contact state, contact and friction included.
 
-    K and C are minus the derivatives of the loads of Eqs. (4)-(6) or (8)-(10) by place and
-    velocity, exact to rounding; about several places q (3, n) they are stacks (3, 3, n).
+    K and C are minus the derivatives of the loads of Eqs. (4)-(6) or (8)-(10) by q and by its
+    velocity, exact to rounding; about several equilibria q (3, n) they are stacks (3, 3, n).
     """
     pad = model.pad
     C = np.zeros((3, *np.shape(q)))
@@ -250,13 +253,13 @@ class Units:
     def scaled_damping(self, damping: ArrayLike) -> np.ndarray:
         """A damping matrix (3, 3) of x, y (m) and theta (rad) in these units.
 
-        Forces of x' and y' are in mass / time, and each theta brings a length.
+        An entry of x and y is in mass / time; a row and a column of theta bring a length each.
         """
         lengths = np.array(np.broadcast_arrays(1.0, 1.0, self.length))
         return np.array(damping) * (self.time / self.mass) / (lengths[:, None] * lengths)
 
     def to_scaled(self, state: np.ndarray) -> np.ndarray:
-        """(x, y, theta, rates) in SI units to the integrated state."""
+        """(x, y, theta, rates) in SI units to the integrated state (x, y, w theta, rates)."""
         return np.asarray(state, dtype=float) / self._factors
 
     def to_si(self, state: np.ndarray) -> np.ndarray:
@@ -265,16 +268,19 @@ class Units:
 
     @property
     def _factors(self) -> np.ndarray:
-        place = np.array([self.length, self.length, self.length / self.lever])
-        return np.concatenate([place, place / self.time])
+        of_q = np.array([self.length, self.length, self.length / self.lever])  # w theta to theta
+        return np.concatenate([of_q, of_q / self.time])
 
 
 def natural_units(model: PadModel, initial: Sequence[Number] | np.ndarray = (0.0,) * 6) -> Units:
     """Units from the pad's stiffness and mass, and from the size of its load and first state.
 
-    initial: (x, y, theta, rates) in SI units, numbers or arrays (n,); left out it is at rest in the
-    initial position, where the load alone makes the unit of length. Raises InputError for a pad
-    without any stiffness, which has no time of its own.
+    The units of mass and time are the pad's mass m and sqrt(m / the sum of its stiffnesses), the
+    unit of length is the largest of the first displacements and of F_n / that sum.
+
+    initial: the first state (x, y, theta, rates) in SI units, numbers or arrays (n,); left out the
+    pad is at rest in the initial position, where the load alone makes the unit of length. Raises
+    InputError for a pad without any stiffness, which has no time of its own.
     """
     pad = model.pad
     stiffness = sum(getattr(pad, name) for name in ("k1", "k2", *model.law.parameters))

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal import schema
-from squeal.errors import meant
+from squeal.errors import suggestion
 from squeal.numerics import differentiation as dual
 from squeal.schema import ANY, NOT_NEGATIVE, POSITIVE, Key, Place, check_needs
 
@@ -65,9 +65,9 @@ def _field(
     needs: tuple[str, ...] = (),
     common: bool = True,
 ) -> Any:
-    """A field of `Pad` with its `Parameter`, see there and `Key` for what is given.
+    """A field of `Pad` with its `Parameter`; the arguments are fields of `Parameter` and of `Key`.
 
-    Without a default in words it is required.
+    default: in words what holds if the parameter is left out; it is required without these words.
     """
     p = Parameter(
         meaning,
@@ -84,7 +84,7 @@ def _field(
     return field(default=0.0 if default == "0" else None, metadata={"p": p})
 
 
-# a parameter that not every model uses, and that is above 0 unless it is said otherwise
+# a parameter that only some models use; it is above 0 unless another kind is given
 _some = partial(_field, kind=POSITIVE, common=False)
 
 
@@ -147,22 +147,22 @@ class Pad:
     def __post_init__(self) -> None:
         """Check the parameters, and derive I and mu where they are left out."""
         at = Place("Pad")
-        own = vars(self)  # in which a frozen dataclass can be written
+        values = vars(self)  # in which a frozen dataclass can be written
         for name, key in PARAMETERS.items():
-            if own[name] is None:
+            if values[name] is None:
                 needed_by_every_model = key.required and key.common and not key.unless
                 if key.default == "0" or needed_by_every_model:
                     raise key.missing(at / name, "every model")
             else:
-                key.kind.check(own[name], at, name)
-        check_needs(PARAMETERS, own, at)
-        own["derived"] = tuple(name for name in ("I", "mu") if own[name] is None)
+                key.kind.check(values[name], at, name)
+        check_needs(PARAMETERS, values, at)
+        values["derived"] = tuple(name for name in ("I", "mu") if values[name] is None)
         if self.I is None:
-            own["I"] = self.m * (self.w**2 + self.h**2) / 3  # of a block of 2 w by 2 h
+            values["I"] = self.m * (self.w**2 + self.h**2) / 3  # of a block of 2 w by 2 h
         if self.mu is None:
             if self.mu_s is None or self.mu_k is None:
                 raise PARAMETERS["mu"].missing(at / "mu", "every model")
-            own["mu"] = self.mu_k + self._friction_above_mu_k
+            values["mu"] = self.mu_k + self._friction_above_mu_k
 
     @property
     def _friction_above_mu_k(self) -> Number:
@@ -239,9 +239,11 @@ class Pad:
         True
         """
         for name in changes.keys() - PARAMETERS.keys():
-            raise (Place("Pad") / name).refuse(f"unknown key; {meant(name, PARAMETERS)}")
-        own = {name: v for name, v in self.given().items() if name not in self.derived}
-        return Pad(**(own | changes))
+            raise (Place("Pad") / name).refuse(f"unknown key; {suggestion(name, PARAMETERS)}")
+        given = self.given()
+        for name in self.derived:  # these follow the changed parameters
+            del given[name]
+        return Pad(**(given | changes))
 
     def scaled(self, mass: float, length: float, time: float) -> Pad:
         """This pad measured in other units (each given in the present ones).
@@ -257,9 +259,10 @@ class Pad:
         """
         new = copy.copy(self)  # not checked again: what leaves double precision shows later
         for name, value in self.given().items():
-            a, b, c = PARAMETERS[name].dimension
-            if a or b or c:
-                vars(new)[name] = value / (mass**a * length**b * time**c)
+            of_mass, of_length, of_time = PARAMETERS[name].dimension  # exponents
+            if of_mass or of_length or of_time:
+                unit = mass**of_mass * length**of_length * time**of_time
+                vars(new)[name] = value / unit
         return new
 
 
@@ -282,8 +285,8 @@ class Coefficients(_Coefficients):
     gap_l, gap_t: height of the lower corners over the surface at x = y = theta = 0.
     """
 
-    def place(self, state: Sequence[Number] | np.ndarray) -> tuple[Number, Number, Number]:
-        """q = (x, y, theta) of a state that starts with x, y and w theta."""
+    def xy_theta(self, state: Sequence[Number] | np.ndarray) -> tuple[Number, Number, Number]:
+        """(x, y, theta) of a state that starts with (x, y, w theta), or of rates theirs."""
         return state[0], state[1], state[2] / self.w
 
 
@@ -298,6 +301,7 @@ def coefficients(ops: Operations, pad: Pad, absolute_gap: bool) -> Coefficients:
     sin0 = ops.sin(pad.theta0)
 
     def turned(px: Number, py: Number) -> Point:
+        """A point of the body turned by theta0 about the mass centre."""
         return px * cos0 - py * sin0, px * sin0 + py * cos0
 
     w = pad.w
@@ -359,12 +363,12 @@ class Pose(NamedTuple):
         """Displacement of that point along y alone."""
         return self.y + self.S * rx + self.C * ry
 
-    def aside(self, rx: Number, ry: Number) -> Number:
-        """Where that point now lies along x from the mass centre."""
+    def x_offset(self, rx: Number, ry: Number) -> Number:
+        """How far along x that point now lies from the mass centre."""
         return rx + self.C * rx - self.S * ry
 
 
-def pose(ops: Operations, q: tuple[Number, Number, Number]) -> Pose:
+def pose_of(ops: Operations, q: tuple[Number, Number, Number]) -> Pose:
     """Pose of q = (x, y, theta); half angles keep cos(theta) - 1 exact for small rotations."""
     x, y, theta = q
     s = ops.sin(theta * 0.5)
@@ -380,10 +384,10 @@ class Loads(NamedTuple):
     moment: Number
 
     @staticmethod
-    def of(at: Pose, r: Point, x: Number, y: Number) -> Loads:
+    def of(pose: Pose, r: Point, x: Number, y: Number) -> Loads:
         """Of one force at the body point that lay at r from the mass centre."""
-        height = r[1] + at.S * r[0] + at.C * r[1]  # over the mass centre
-        return Loads(x, y, at.aside(*r) * y - height * x)
+        height = r[1] + pose.S * r[0] + pose.C * r[1]  # over the mass centre
+        return Loads(x, y, pose.x_offset(*r) * y - height * x)
 
     def __add__(self, other: Loads) -> Loads:  # type: ignore[override]
         return Loads(*map(operator.add, self, other))
@@ -406,18 +410,21 @@ def _two_springs(c: Coefficients) -> tuple[_Spring, _Spring]:
     )
 
 
-def spring_vectors(c: Coefficients, at: Pose) -> list[Point]:
+def spring_vectors(c: Coefficients, pose: Pose) -> list[Point]:
     """Present vectors r_i - r_f,i of springs 1 and 2."""
     vectors = []
     for spring in _two_springs(c):
-        u = at.displacement(*spring.r)
+        u = pose.displacement(*spring.r)
         vectors.append((spring.D[0] + u[0], spring.D[1] + u[1]))
     return vectors
 
 
 def stretched(ops: Operations, L: Number, D: Point, u: Point) -> tuple[Point, Number, Number]:
-    """Vector v = D + u, length and elongation |v| - L of a spring with |D| = L, written so that
-    the elongation keeps its digits when D is much larger than u."""
+    """Vector v = D + u, length |v| and elongation |v| - L of a spring.
+
+    D is its vector without load, |D| = L, and u the displacement of its end. The elongation is
+    (|v|^2 - L^2) / (|v| + L), which keeps its digits when D is much larger than u.
+    """
     v = D[0] + u[0], D[1] + u[1]
     # not by L^2 + excess, which rounding makes negative where the spring passes through no length
     length = ops.sqrt(v[0] * v[0] + v[1] * v[1])
@@ -425,41 +432,41 @@ def stretched(ops: Operations, L: Number, D: Point, u: Point) -> tuple[Point, Nu
     return v, length, excess / (length + L)
 
 
-def springs(ops: Operations, c: Coefficients, at: Pose) -> Loads:
-    """Loads of springs 1 and 2 together, Eq. (3), as in Eqs. (6) and (10)."""
+def springs(ops: Operations, c: Coefficients, pose: Pose) -> Loads:
+    """Loads of springs 1 and 2 on the pad together, Eq. (3), as in Eqs. (6) and (10)."""
     first, second = _two_springs(c)
-    return _spring_loads(ops, first, at) + _spring_loads(ops, second, at)
+    return _spring_loads(ops, first, pose) + _spring_loads(ops, second, pose)
 
 
-def _spring_loads(ops: Operations, spring: _Spring, at: Pose) -> Loads:
+def _spring_loads(ops: Operations, spring: _Spring, pose: Pose) -> Loads:
     """Of one spring, along its present vector, on the upper corner."""
-    v, length, elongation = stretched(ops, spring.L, spring.D, at.displacement(*spring.r))
+    v, length, elongation = stretched(ops, spring.L, spring.D, pose.displacement(*spring.r))
     f = -spring.k * elongation / length
-    return Loads.of(at, spring.r, f * v[0], f * v[1])
+    return Loads.of(pose, spring.r, f * v[0], f * v[1])
 
 
-def spring_energy(ops: Operations, c: Coefficients, at: Pose) -> Number:
+def spring_energy(ops: Operations, c: Coefficients, pose: Pose) -> Number:
     """Potential energy of springs 1 and 2."""
     first, second = _two_springs(c)
-    return _spring_energy(ops, first, at) + _spring_energy(ops, second, at)
+    return _spring_energy(ops, first, pose) + _spring_energy(ops, second, pose)
 
 
-def _spring_energy(ops: Operations, spring: _Spring, at: Pose) -> Number:
+def _spring_energy(ops: Operations, spring: _Spring, pose: Pose) -> Number:
     """Of one spring."""
-    _, _, elongation = stretched(ops, spring.L, spring.D, at.displacement(*spring.r))
+    _, _, elongation = stretched(ops, spring.L, spring.D, pose.displacement(*spring.r))
     return 0.5 * spring.k * elongation * elongation
 
 
-def gaps(c: Coefficients, at: Pose) -> Point:
+def gaps(c: Coefficients, pose: Pose) -> Point:
     """Height of the leading and the trailing lower edge over the surface, Eqs. (7), (11)."""
-    return c.gap_l + at.rise(c.rlx, c.rly), c.gap_t + at.rise(c.rtx, c.rty)
+    return c.gap_l + pose.rise(c.rlx, c.rly), c.gap_t + pose.rise(c.rtx, c.rty)
 
 
-def edges(c: Coefficients, at: Pose) -> Point:
+def edges(c: Coefficients, pose: Pose) -> Point:
     """Where the leading and the trailing lower edge lie along x from the mass centre."""
-    return at.aside(c.rlx, c.rly), at.aside(c.rtx, c.rty)
+    return pose.x_offset(c.rlx, c.rly), pose.x_offset(c.rtx, c.rty)
 
 
-def facing(c: Coefficients, at: Pose) -> Number:
+def facing(c: Coefficients, pose: Pose) -> Number:
     """cos(theta0 + theta): positive as long as the lower face faces the surface."""
-    return at.aside((c.rtx - c.rlx) / (2.0 * c.w), (c.rty - c.rly) / (2.0 * c.w))
+    return pose.x_offset((c.rtx - c.rlx) / (2.0 * c.w), (c.rty - c.rly) / (2.0 * c.w))

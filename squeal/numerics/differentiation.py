@@ -22,7 +22,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.errors import InputError, meant
+from squeal.errors import InputError, suggestion
 
 Number = Any
 """A number or array of some arithmetic: doubles, complex or dual numbers, intervals, or others."""
@@ -184,8 +184,8 @@ class Formula:
 
         By interval arithmetic; inf if no bound is known.
         """
-        # a dual number of dual numbers, (x + e1) + e2 with e1^2 = e2^2 = 0: the slope of the result
-        # has the second derivative for slope
+        # a dual number of dual numbers, (x + e1) + e2 with e1^2 = e2^2 = 0: the result is
+        # f + f' e1 + f' e2 + f'' e1 e2, so that f'' is the slope of its slope
         x = Dual(Dual(_Interval(low, high), 1.0), Dual(1.0, 0.0))
         try:
             result = dual(_evaluated(self._tree, {**parameters, name: x}))
@@ -198,12 +198,14 @@ class Formula:
     def _value_or_slope(self, parameters: Parameters, by: str, required: str) -> float:
         """The value, or its derivative by the parameter `by` if that is not empty.
 
-        Raises InputError for unknown parameters, and for a result that is not finite, in words: for
-        what is not a `required`.
+        Raises InputError for unknown parameters, and for a result that is not finite. Its message
+        says that the formula is not a `required`, such as "finite number".
         """
         about = f"{self.place}: {self.text}" if self.place else self.text
         for name in sorted(self.names - parameters.keys()):
-            raise InputError(f"{about}: {name} is no parameter; {meant(name, sorted(parameters))}")
+            raise InputError(
+                f"{about}: {name} is no parameter; {suggestion(name, sorted(parameters))}"
+            )
         numbers: dict[str, Number] = {name: float(parameters[name]) for name in self.names}
         if by in numbers:
             numbers[by] = Dual(numbers[by], 1.0)

@@ -159,7 +159,7 @@ def _refined_peak(signals: np.ndarray, step: float, middle: float, reach: float)
     return middle
 
 
-def swing(signals: np.ndarray) -> np.ndarray:
+def half_range(signals: np.ndarray) -> np.ndarray:
     """Half of the range (d,) of smooth signals (n, d): of the greatest less the least value.
 
     Extremes between samples are those of parabolas through three samples.

@@ -17,7 +17,7 @@ from matplotlib.ticker import LogLocator
 from squeal.io.provenance import Provenance
 from squeal.model.contact import LEAD, NORMAL_REACTION, TRAIL, Signal, contact_law
 from squeal.model.equations import PadModel
-from squeal.model.pad import pose
+from squeal.model.pad import pose_of
 from squeal.numerics.oscillation import spectrum
 from squeal.plots.style import DOUBLE, STATE_COLOURS, Drawing, colours, origin, state_label, style
 from squeal.simulation.observers import LAST, Event
@@ -310,7 +310,7 @@ def _with_position(run: Run, model: PadModel) -> Run:
     state_of_name = {model.state_name(state): state for state in model.states}
     # of each contact point a row: whether it is closed at each time
     contact = np.array([state_of_name[name] for name in history["state"]], dtype=float).T
-    at = pose(np, (history["x"], history["y"], history["theta"]))
+    at = pose_of(np, (history["x"], history["y"], history["theta"]))
     with np.errstate(divide="ignore", invalid="ignore"):  # without contact there is no reaction
         _, position = contact_law(run.model).resultant(model.c, at, contact)
     return replace(run, history=history | {POSITION.name: position / model.pad.w})

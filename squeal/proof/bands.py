@@ -113,8 +113,7 @@ def judge_modes(
     if len(roots) and not pieces:
         where = complex(roots[0])
         return Proof("refuted", by="enclosure", reason="no root is there", where=where)
-    piece_numbers = _nearest_pieces(roots, pieces)
-    nearest = [pieces[number] for number in piece_numbers.tolist()]
+    piece_numbers = _nearest_pieces(roots, pieces)  # of the piece nearest to each root
     open_reason = ""
     open_at: complex | None = None  # the centre of a disc of the last piece that leaves it open
     for number, piece in enumerate(pieces):
@@ -143,7 +142,7 @@ def judge_modes(
         reason=open_reason,
         where=open_at,
         pieces=tuple(pieces),
-        matches=tuple((piece,) for piece in nearest),
+        matches=tuple((pieces[number],) for number in piece_numbers.tolist()),
     )
 
 

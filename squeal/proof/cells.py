@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from squeal.model.contact import State
-from squeal.proof.balls import Ball, Floats, between, taylor_coefficients, upper
+from squeal.proof.balls import Ball, Floats, between, high_end, taylor_coefficients, upper
 from squeal.proof.loads import FRICTION, Balance, other_unknowns
 from squeal.proof.signs import Polynomial
 
@@ -135,7 +135,7 @@ def cell_around(
             return None
         point, Y = newton
         centre = _taylor_polynomials(balance, point, pivot, half, state, Y)
-        loads = enclosing_polynomials(centre, np.zeros(4), lambda u: list(balance.loads(u, state)))
+        loads = enclosing_polynomials(centre, np.zeros(4), lambda u: balance.loads(u, state))
         residuals = np.array(
             [_absolute_bound(_linear_combination(row, loads)) for row in Y.tolist()]
         )  # |Y F(P)|
@@ -289,14 +289,14 @@ def _slope_polynomials(
 def enclosing_polynomials(
     centre: tuple[Polynomial, ...],
     radii: Floats,
-    function: Callable[[list[Any]], list[Any]],
+    function: Callable[[list[Any]], Sequence[Any]],
 ) -> list[Polynomial]:
     """Taylor polynomials in t that enclose a function over the tube P(t) + radii (4,).
 
     The terms below `TAYLOR_ORDER` are those about t = 0. The term of that order is taken about
     all |t| <= 1 at once, which makes it Lagrange's remainder.
 
-    function: the list of its values from series (4) of the unknowns.
+    function: gives its values from series (4) of the unknowns.
     """
     flint.ctx.cap = TAYLOR_ORDER
     about_zero = function(_tube(centre, radii))
@@ -329,5 +329,4 @@ def _linear_combination(factors: Sequence[float], polynomials: Sequence[Polynomi
 
 def _absolute_bound(polynomial: Polynomial) -> float:
     """A bound of the absolute values of a polynomial over |t| <= 1."""
-    total = sum((c.abs_upper() for c in polynomial.coeffs()), flint.arb(0))
-    return float(np.nextafter(float(total.abs_upper()), np.inf))
+    return high_end(sum((c.abs_upper() for c in polynomial.coeffs()), flint.arb(0)))

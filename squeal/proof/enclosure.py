@@ -186,11 +186,6 @@ def companion(
     return A, B
 
 
-def _are_apart(discs: Discs) -> bool:
-    """True if no two discs meet."""
-    return len(clusters(discs.centres, discs.radii)) == len(discs.radii)
-
-
 def _gershgorin(A: Balls, B: Balls, basis: Basis) -> Discs | Failure:
     """Discs with all eigenvalues of A - s B, from approximate vectors."""
     S = near_diagonal(Expansion.constant(A), Expansion.constant(B), half=0.0, basis=basis)
@@ -221,7 +216,7 @@ def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
                 continue
             if isinstance(best, Failure) or np.sum(discs.radii) < np.sum(best.radii):
                 best = discs
-            if _are_apart(best):
+            if len(clusters(best.centres, best.radii)) == len(best.radii):  # no two discs meet
                 break
     return best
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from squeal.model.contact import State
 from squeal.model.equations import PadModel
-from squeal.model.pad import pose
+from squeal.model.pad import pose_of
 from squeal.proof.balls import Ball, Balls, in_doubles
 from squeal.proof.jets import Functions, Jet
 from squeal.proof.loads import BITS, FRICTION, Balance, factors_of
@@ -95,10 +95,9 @@ class _Neighbourhood:
     def __init__(self, model: PadModel, q: np.ndarray) -> None:
         self.balance = Balance(model)
         self.approximate = q
-        width = float(model.pad.w)
-        size = float(np.max(np.abs(q) * (1.0, 1.0, width)))
-        self.sizes = size / np.array([1.0, 1.0, width])
-        """Units of x, y and theta (3,): the size of the whole displacement, m, and as an angle."""
+        lever = np.array([1.0, 1.0, float(model.pad.w)])  # makes theta a length
+        self.sizes = np.max(np.abs(q) * lever) / lever
+        """What counts as a large x, y (m) and theta (rad): the largest of the three as a length."""
 
     def loads(self, q: Sequence[Ball], state: State) -> list[Jet]:
         """Loads (3) with their slopes by x, y, theta and mu."""
@@ -166,7 +165,7 @@ class _Neighbourhood:
             share, rate = self.balance.fall
             for i, load in enumerate(loads):
                 C[i, 0] = -flint.arb(load.slopes[FRICTION]) * c.mu * share * rate
-        R_n, _ = self.balance.model.law.normal(c, pose(Functions, tuple(box)), factors_of(state))
+        R_n, _ = self.balance.model.law.normal(c, pose_of(Functions, tuple(box)), factors_of(state))
         x, y, theta = (float(ball.mid()) for ball in box)
         reaction = float(flint.arb(R_n).mid())
         K = in_doubles((-slopes).tolist())

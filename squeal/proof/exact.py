@@ -118,7 +118,7 @@ def _bits(*matrices: Integers) -> int:
     longest = 0
     for X in matrices:
         for row in X:
-            longest = max(longest, *[abs(v).bit_length() for v in row])
+            longest = max(longest, *[v.bit_length() for v in row])
     return longest
 
 
@@ -158,8 +158,8 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
         else:
             # the principal root, whose real part is positive, exactly real if its square is
             value = square.sqrt()
-            x, y = value.real, value.imag
-            pair = [_piece(x, y, "grows", is_real), _piece(-x, -y, "decays", is_real)]
+            growing = _piece(value.real, value.imag, "grows", is_real)
+            pair = [growing, _piece(-value.real, -value.imag, "decays", is_real)]
         for piece in pair:
             pieces += [piece] * multiplicity
     return pieces

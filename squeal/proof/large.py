@@ -129,7 +129,8 @@ def _checked_matrices(
     floats = [A.astype(float) for A in given]
     for A in floats:
         A.sum_duplicates()
-    return floats[0], floats[1], floats[2]
+    mass, damping, stiffness = floats
+    return mass, damping, stiffness
 
 
 def _prove(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) -> BandProof:

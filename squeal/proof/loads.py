@@ -12,7 +12,7 @@ import numpy as np
 
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import Coefficients, coefficients, pose
+from squeal.model.pad import Coefficients, coefficients, pose_of
 from squeal.proof.balls import Floats
 from squeal.proof.jets import Doubles, Functions, Jet
 
@@ -49,9 +49,9 @@ class Balance:
             # the surface lies at the distance of the absolute gap or not, by the contact law
             self.c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
 
-    def gaps(self, unknowns: Sequence[Any]) -> list[Any]:
+    def gaps(self, unknowns: Sequence[Any]) -> Sequence[Any]:
         """The gaps of the contact points."""
-        return list(self.model.law.gaps(self.c, pose(Functions, tuple(unknowns[:FRICTION]))))
+        return self.model.law.gaps(self.c, pose_of(Functions, tuple(unknowns[:FRICTION])))
 
     def loads(self, unknowns: Sequence[Any], state: State) -> tuple[Any, ...]:
         """Loads (3), two forces and a moment, in one contact state."""

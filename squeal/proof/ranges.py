@@ -310,18 +310,22 @@ class RangeProof:
         bounds = total(self.bounds(where, where))
         if bounds.allow(expected):
             return self.open_at(where, CANCELS)
-        return self.refuted(bounds, expected, where)
+        return self._refuted_by_count(bounds, expected, where)
 
     def open_at(self, where: float, reason: str) -> Proof:
         """No answer, as at a value of the parameter the discs leave the count open."""
         return Proof("open", by="enclosure", data=self.data, reason=reason, where=where)
 
-    def refuted(self, bounds: CountBounds, growing: int, where: float) -> Proof:
-        """Another number of roots grows for certain at a value, or near it."""
-        reason = f"{bounds.least} to {bounds.most} roots grow, not {growing}"
-        if bounds.least == bounds.most:
-            reason = f"{bounds.least} roots grow, not {growing}"
+    def _refuted(self, reason: str, where: float) -> Proof:
+        """The list is wrong at a value, or near it."""
         return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
+
+    def _refuted_by_count(self, bounds: CountBounds, growing: int, where: float) -> Proof:
+        """Another number of roots than `growing` grows for certain at a value, or near it."""
+        count = f"{bounds.least} to {bounds.most}"
+        if bounds.least == bounds.most:
+            count = str(bounds.least)
+        return self._refuted(f"{count} roots grow, not {growing}", where)
 
     def bounds(self, low: float, high: float) -> list[CountBounds]:
         """The bounds of each component over an interval."""
@@ -409,7 +413,7 @@ class RangeProof:
                 reason = f"{below} roots grow below a threshold, {above} above"
                 gap_start, gap_end = gaps[number + 1]
                 where = gap_start + ASIDE_SHARE * (gap_end - gap_start)
-                return Proof("refuted", by="enclosure", data=self.data, reason=reason, where=where)
+                return self._refuted(reason, where)
         # then whether it is the same at every value of each gap
         for (a, b), growing in zip(gaps, counts, strict=True):
             # over a whole gap at once `growth_below` may leave room for what a single value refutes
@@ -418,7 +422,7 @@ class RangeProof:
                 if not bounds.allow(sum(growing)):
                     # half way to where the roots were counted
                     search_from = (value + a + INSIDE_SHARE * (b - a)) / 2.0
-                    return self.refuted(bounds, sum(growing), search_from)
+                    return self._refuted_by_count(bounds, sum(growing), search_from)
             proof = self.prove_gap(a, b, growing)
             if proof.status != "proved":
                 return proof

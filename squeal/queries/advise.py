@@ -8,7 +8,7 @@ from typing import Any
 
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, copied_attributes, number
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.queries.options import Band, Progress, upper_end
@@ -159,7 +159,7 @@ class Advice(Answer):
     def to_dict(self) -> dict[str, Any]:
         entry = parameter_entry(self.name, self.mu)
         entry["mu_max"] = self.mu_max
-        entry |= picked(self.nominal, "critical kind frequency_hz")
+        entry |= copied_attributes(self.nominal, "critical kind frequency_hz")
         entry["levers"] = [asdict(lever) for lever in self.levers]
         entry["advice"] = self.line()
         return entry

@@ -11,7 +11,7 @@ import numpy as np
 from squeal.io.coordinates import POINTS, Coordinates
 from squeal.io.halves import sides_of
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Panel, Table, number, picked
+from squeal.io.writing import Answer, Column, Panel, Table, copied_attributes, number
 from squeal.linear.matrices import Matrix, why_no_mass
 from squeal.linear.system import System, TermSystem
 from squeal.model.pad import Pad
@@ -121,7 +121,7 @@ class Check(Answer):
         names = (
             "name rows matrices checks mass centre size elements frequencies_hz free negative hints"
         )
-        return picked(self, names)
+        return copied_attributes(self, names)
 
 
 @public

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from squeal.errors import ComputationError, meant
-from squeal.io.processes import counted
+from squeal.errors import ComputationError, suggestion
+from squeal.io.processes import with_progress
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, values_of
@@ -112,7 +112,7 @@ def conditions(
         conditions_of_basis = grid[:: max(1, len(grid) // BASIS_CONDITIONS)]
         reduction = reduced_for(system, analysis.selection, conditions_of_basis, method="modal")
     solved = _solve_all(partial(_system_condition, analysis, reduction), grid)
-    solved = counted(solved, len(grid), PROGRESS.get(), "conditions")  # reports the progress
+    solved = with_progress(solved, len(grid), PROGRESS.get(), "conditions")  # reports the progress
     extent = "" if analysis.selection.band is None else analysis.selection.words()
     return _answer(
         system.name,
@@ -134,7 +134,7 @@ def _combinations(space: ParameterSpace, axes: Mapping[str, Values]) -> list[Cha
     count = 1
     for name, values in axes.items():
         if name not in space.values:
-            raise AT.refuse(f"{name} is no parameter here; {meant(name, space.values)}")
+            raise AT.refuse(f"{name} is no parameter here; {suggestion(name, space.values)}")
         if len(set(values)) < len(values):
             raise AT.refuse(f"{name} has a value twice; each value is allowed once")
         count *= len(values)
@@ -162,7 +162,7 @@ def _solve_all(solve: Callable[[Changes], _Solved], grid: Sequence[Changes]) -> 
     """
     for changes in grid:
         try:
-            with Place("conditions", at_parameters(changes)).named():
+            with Place("conditions", at_parameters(changes)).prefixing_errors():
                 solved = solve(changes)
         except ComputationError as error:
             solved = _Solved(Condition(changes, reason=str(error)), ())

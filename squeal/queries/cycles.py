@@ -20,7 +20,7 @@ from squeal.model.pad import PARAMETERS, Coefficients, at_speed
 from squeal.queries.pads.equilibrium import analyse
 from squeal.schema import Place, public
 from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
-from squeal.simulation.observers import Extrema, Grid, Read, face_speed, plotted
+from squeal.simulation.observers import Extrema, Grid, SignalFunction, face_speed, plotted
 from squeal.simulation.run import in_natural_units
 
 WINDOWS = 40  # times the observation time of the scene in which its motion may settle
@@ -367,8 +367,8 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     c = model.c
     # grid.states (6, points, steps) are x, y, w theta and their rates, at some points in each time
     # step; `place` divides w theta, or its rate, by w
-    q = c.place(grid.states[:3])
-    velocity = np.array(c.place(grid.states[3:]))
+    q = c.xy_theta(grid.states[:3])
+    velocity = np.array(c.xy_theta(grid.states[3:]))
     # (contacts, 1, steps): all points of a step have the same contact state
     contact = grid.steps.on[:, None]
     c_at_speed = at_speed(np, c, model.pad.fall, velocity[0])  # mu falls with the sliding speed
@@ -386,7 +386,7 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     return work_of_friction, energy_of_damping, squared_velocity
 
 
-def _coordinate(i: int) -> Read:
+def _coordinate(i: int) -> SignalFunction:
     """The signal of number i of a state: 0 of x, 1 of y, 2 of w theta."""
     return lambda _c, states, _on: states[i]
 

@@ -79,7 +79,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     Up to 400 rows every point is solved in full. A larger system is solved on a reduced one, which
     is made at `BASIS_VALUES` values of each parameter.
     """
-    from squeal.io.processes import counted, mapped
+    from squeal.io.processes import mapped, with_progress
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.reduced import basis_of, reduced_for
     from squeal.queries.systems.seat import notes_of_seat
@@ -99,7 +99,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
     points = _points(axes, [axis.values for axis in axes])
     computed = mapped(_verdict_and_growth, points, workers, (system, selection, reduction))
     # verdict and growth of each point, in the order of the points
-    cells = list(counted(computed, len(points), PROGRESS.get(), "points"))
+    cells = list(with_progress(computed, len(points), PROGRESS.get(), "points"))
     verdicts = [verdict for verdict, _ in cells]
     names = (*VERDICTS, NO_ROOT, UNCOUNTED)
     shape = (axes[0].n, axes[1].n)

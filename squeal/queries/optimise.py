@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, copied_attributes, number
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.roots import ComplexArray
@@ -157,9 +157,9 @@ class Optimum(Answer):
         }
         for when, roots in (("before", self.before), ("after", self.after)):
             entry[when] = {"growth_rate": _largest_growth(roots)}
-            entry[when] |= picked(roots, "certified verdict")
+            entry[when] |= copied_attributes(roots, "certified verdict")
         entry["active"] = Table(columns("frequency_hz growth_rate"), self.active).records()
-        return entry | picked(self, "starts seed evaluations basis")
+        return entry | copied_attributes(self, "starts seed evaluations basis")
 
 
 def _largest_growth(roots: SystemRoots) -> float:

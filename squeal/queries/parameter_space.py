@@ -12,9 +12,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from squeal.errors import ComputationError, InputError, meant
+from squeal.errors import ComputationError, InputError, suggestion
 from squeal.io.scene import Scene
-from squeal.io.writing import picked, unit_word
+from squeal.io.writing import copied_attributes, unit_word
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
@@ -139,7 +139,7 @@ class ParameterSpace:
             MU_MAX.read(high, place / "high")
             free = "mu"
             at = subject.pad.mu
-            values = picked(subject.pad, " ".join(parameters(subject.pad_model)))
+            values = copied_attributes(subject.pad, " ".join(parameters(subject.pad_model)))
             units = {name: unit_word(PARAMETERS[name].unit) for name in values}
         elif isinstance(subject, TermSystem):
             free = subject.parameter
@@ -163,7 +163,7 @@ class ParameterSpace:
         why = "is no parameter here"
         if name == self.free:  # the values of a threshold leave it out
             why = "is varied to find its threshold, and scatters where growth is sampled alone"
-        raise at.refuse(f"{name} {why}; {meant(name, self.values)}")
+        raise at.refuse(f"{name} {why}; {suggestion(name, self.values)}")
 
     def step(self, name: str, size: float, is_share: bool, at: Place) -> float:
         """A change of a parameter in its unit.

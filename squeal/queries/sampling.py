@@ -61,7 +61,7 @@ def read_spreads(path: Path | str) -> dict[str, Any]:
 def require_spreads(spreads: Mapping[str, Spread]) -> None:
     """Raise InputError if no parameter scatters."""
     if not spreads:
-        raise Place("spreads").must_be(spreads, _SPREADS.named)
+        raise Place("spreads").must_be(spreads, _SPREADS.allowed)
 
 
 def points_of_unit_cube(design: str, samples: int, dimensions: int, seed: int) -> Array:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from squeal.io.writing import Column, JsonObject, Panel, Table, number, picked
+from squeal.io.writing import Column, JsonObject, Panel, Table, copied_attributes, number
 from squeal.linear import GROWING, UnstableMode
 from squeal.queries.ranges import DISAGREES
 from squeal.queries.remedies.meetings import Cure
@@ -289,7 +289,7 @@ def _in_four(column: Column, row: object) -> str:
 
 def _remedy_entry(remedy: Remedy) -> JsonObject:
     """A remedy as JSON holds it."""
-    entry: JsonObject = picked(remedy.change, "parameter before after")
+    entry: JsonObject = copied_attributes(remedy.change, "parameter before after")
     entry["with_margin"] = remedy.with_margin and remedy.with_margin.after
     entry["at_value_alone"] = remedy.leaves_window
     entry["verdict_line"] = remedy.computed.conclusion

@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from operator import attrgetter
 from typing import Any
 
-from squeal.io.writing import Answer, Column, JsonObject, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, JsonObject, Table, columns, copied_attributes, number
 from squeal.results.columns import basis_text, parameter_heading, rounded_growth
 
 
@@ -282,12 +282,12 @@ class Conditions(Answer):
             (outcome,) = Table(OUTCOME, [condition]).records()
             row |= outcome
             row["modes"] = Table(GROWTH, condition.modes).records()
-            rows.append(row | picked(condition, "admissible reason"))
+            rows.append(row | copied_attributes(condition, "admissible reason"))
         axes = [{"name": name, "values": list(values)} for name, values in self.axes.items()]
         return {
             "name": self.name,
             "axes": axes,
             "conditions": rows,
             "modes": [asdict(mode) for mode in self.modes],
-            **picked(self, "propensity tolerance extent seated basis"),
+            **copied_attributes(self, "propensity tolerance extent seated basis"),
         }

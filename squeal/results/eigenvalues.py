@@ -12,7 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, JsonObject, Panel, Table, columns, number, picked
+from squeal.io.writing import (
+    Answer,
+    Column,
+    JsonObject,
+    Panel,
+    Table,
+    columns,
+    copied_attributes,
+    number,
+)
 from squeal.linear import Spectrum, UnstableMode
 from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.matrices import EPS
@@ -89,7 +98,7 @@ def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> 
     """Mode shapes as a JSON object; names: of the coordinates, rule: how shapes are scaled."""
     rows = []
     for mode in shapes:
-        row = {"mode": mode.number} | picked(mode, "frequency_hz growth_rate")
+        row = {"mode": mode.number} | copied_attributes(mode, "frequency_hz growth_rate")
         row |= {"real": mode.shape.real.tolist(), "imag": mode.shape.imag.tolist()}
         rows.append(row)
     return {"coordinates": list(names), "normalisation": rule, "shapes": rows}
@@ -432,12 +441,12 @@ class Eigenvalues(Answer):
     def to_dict(self) -> JsonObject:
         document: JsonObject = {"name": self.name}
         document |= parameter_entry(self.parameter, self.value)
-        document |= picked(self, "details")["details"]  # copies of them
+        document |= copied_attributes(self, "details")["details"]  # copies of them
         document["eigenvalues"] = Table(self.columns, self.eigenvalues).records()
-        document |= picked(self, "verdict criterion certified count")
+        document |= copied_attributes(self, "verdict criterion certified count")
         if self.proof is not None:
             document["proof"] = dict(self.proof)
         unstable = self.unstable
         document["unstable"] = [{"mode": self.mode_of(mode)} | asdict(mode) for mode in unstable]
-        document["mode_shapes"] = picked(self, "shapes")["shapes"]
+        document["mode_shapes"] = copied_attributes(self, "shapes")["shapes"]
         return document

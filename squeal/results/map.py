@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, JsonObject, Table, in_order, picked, plain
+from squeal.io.writing import Answer, Column, JsonObject, Table, copied_attributes, in_order, plain
 from squeal.results.columns import parameter_heading
 from squeal.results.sources import Source
 from squeal.schema import Number, Place, Whole
@@ -157,7 +157,7 @@ class Map(Answer):
         axes = []
         for axis in self.axes:
             scale = "log" if axis.log else "linear"
-            axes.append(picked(axis, "name low high") | {"scale": scale})
+            axes.append(copied_attributes(axis, "name low high") | {"scale": scale})
         answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
         if self.admissible is not None:
             answer["admissible_share"] = float(self.admissible.mean())

@@ -8,7 +8,16 @@ from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, JsonObject, Mark, Panel, Table, in_order, number, picked
+from squeal.io.writing import (
+    Answer,
+    JsonObject,
+    Mark,
+    Panel,
+    Table,
+    copied_attributes,
+    in_order,
+    number,
+)
 from squeal.linear.verdicts import ACCEPTED
 from squeal.results.columns import parameter_heading
 from squeal.schema import instance
@@ -334,7 +343,9 @@ class Scatter(Answer):
 
     def to_dict(self) -> JsonObject:
         scatter: JsonObject = {"parameter": self.name, "value": self.mu}
-        scatter |= picked(self, "of mu mu_max band samples seed design failed no_pad beyond stable")
+        scatter |= copied_attributes(
+            self, "of mu mu_max band samples seed design failed no_pad beyond stable"
+        )
         scatter["spreads"] = []
         for name, spread in self.spreads.items():
             ((kind, size),) = spread.items()
@@ -344,7 +355,7 @@ class Scatter(Answer):
         for level, value, low, high in self.quantiles:
             entry = {"level": level, value_key: value, "low": low, "high": high}
             scatter["quantiles"].append(entry)
-        scatter |= picked(self, "interval propensity basis")
+        scatter |= copied_attributes(self, "interval propensity basis")
         scatter["confidence"] = CONFIDENCE
         scatter["indices"] = [index._asdict() for index in self.indices]
         return {"scatter": scatter}

@@ -11,7 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Column, JsonObject, Mark, Panel, Table, number, picked
+from squeal.io.writing import (
+    Answer,
+    Column,
+    JsonObject,
+    Mark,
+    Panel,
+    Table,
+    copied_attributes,
+    number,
+)
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.paths import Loss
@@ -168,11 +177,11 @@ class Step:
             rows.append(row)
         document = parameter_entry(parameter, self.value)
         document["eigenvalues"] = None if self.roots is None else rows
-        document |= picked(self, "verdict spurious")
+        document |= copied_attributes(self, "verdict spurious")
         if self.certified is not None:
             document["certified"] = self.certified
         if self.admissible is not None:
-            document |= picked(self, "contact admissible")
+            document |= copied_attributes(self, "contact admissible")
         return document
 
 
@@ -349,7 +358,9 @@ class Sweep(Answer):
         """
         if self.reference is None or eigenvalues.value != self.reference.value:
             return {}
-        onset_of_number = {mode.mode: picked(mode, "onset interval") for mode in self.modes}
+        onset_of_number = {
+            mode.mode: copied_attributes(mode, "onset interval") for mode in self.modes
+        }
         onsets = {}
         for unstable in eigenvalues.unstable:
             number_of_mode = eigenvalues.mode_of(unstable)
@@ -490,5 +501,5 @@ class Sweep(Answer):
             "sweep": [step.to_dict(self.parameter) for step in self.steps],
             "modes": modes,
             "lost": [loss._asdict() for loss in self.losses],
-            **picked(self, "basis"),
+            **copied_attributes(self, "basis"),
         }

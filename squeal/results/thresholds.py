@@ -7,7 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from squeal.io.writing import Answer, Column, JsonObject, Panel, Table, located, number, picked
+from squeal.io.writing import (
+    Answer,
+    Column,
+    JsonObject,
+    Panel,
+    Table,
+    copied_attributes,
+    number,
+)
 from squeal.linear import CriticalPoint, Crossing
 from squeal.linear.roots import assigned
 from squeal.linear.shaft import RPM, name_of_kind
@@ -128,7 +136,7 @@ class Thresholds(Answer):
         columns = [
             Column(
                 "mu",
-                shown=lambda row: located(row.mu, *row.interval),
+                shown=lambda row: with_known_digits(row.mu, *row.interval),
                 words=with_unit(self.parameter, unit),
             ),
             Column("kind", shown=lambda row: name_of_kind(row.kind, unit)),
@@ -172,7 +180,7 @@ class Thresholds(Answer):
         return entries
 
     def to_dict(self) -> JsonObject:
-        document = picked(self, "name parameter end certified") | {
+        document = copied_attributes(self, "name parameter end certified") | {
             "critical": self._entries(self.points),
             "crossings": self._entries(self.crossings),
             "verdict_at_start": self.verdict,
@@ -182,4 +190,4 @@ class Thresholds(Answer):
         }
         if self.proof is not None:
             document["proof"] = dict(self.proof)
-        return document | picked(self, "details")["details"]
+        return document | copied_attributes(self, "details")["details"]

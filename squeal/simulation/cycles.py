@@ -20,7 +20,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, Units
 from squeal.numerics.differentiation import complex_step
-from squeal.simulation.hybrid import Segment, state_of, state_rates, whole
+from squeal.simulation.hybrid import Segment, state_of, state_rates, whole_motion
 from squeal.simulation.run import make_integrator
 
 SUBSTEPS = 8  # Runge-Kutta steps of the variational equations in a step of the motion
@@ -36,20 +36,21 @@ HALVINGS = 12  # of a step, to locate what happens in it
 RESTING = 1e-4  # relative speed of a motion that has come to rest
 SHORTEST = 1e-3  # of the greatest step of a branch: it does not pass small cycles, nor go on below
 GROWTH = 1.5  # of a step after one that succeeded
-CLOSED_CURVE, RESTS = "the branch is closed", "the motion comes to rest"
+CLOSED_CURVE = "the branch is closed"
+RESTS = "the motion comes to rest"
 CRITICAL = 0.05  # most distance from the unit circle of a multiplier that crosses it
 AT_ONE = 0.99  # least real part of a multiplier near the unit circle that counts as near 1
 UNDECIDED = 1e-6  # least distance from 1 at which the largest multiplier decides stability
 
-PERIOD, VALUE = 6, 7  # places of the period and of the parameter in the unknowns (z, T, value)
+PERIOD, VALUE = 6, 7  # indices of the period and of the parameter in the unknowns (z, T, value)
 
 
-def deviations(model: PadModel, segment: Segment) -> np.ndarray:
+def transition_matrix(model: PadModel, segment: Segment) -> np.ndarray:
     """The matrix (6, 6) that takes small deviations at the begin of a motion to those at its end.
 
-    The variational equations Z' = A(t) Z are integrated by the classical Runge-Kutta method over
-    all s steps of the motion side by side, each from Z = I; the matrices of the steps are then
-    multiplied.
+    The variational equations Z' = A(t) Z, A the Jacobian of the rates, are integrated by the
+    classical Runge-Kutta method over all s steps of the motion side by side, each from Z = I; the
+    matrices of the steps are then multiplied. The segment needs dense output.
     """
     steps = segment.steps
     identity = np.eye(6)
@@ -147,21 +148,21 @@ class Point(NamedTuple):
 
 
 TestValue = bool | int | tuple[State, ...]
-TestFunction = Callable[[Cycle, np.ndarray], TestValue]
-"""A function of a cycle and the direction (8,) of its branch that changes its value at a turn."""
+TestFunction = Callable[[Point], TestValue]
+"""A function of a cycle and the direction of its branch that changes its value at a turn."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shooting:
-    """A pad in natural units over a scaled parameter: `at` gives its model at a value."""
+    """A pad in natural units over a scaled parameter: `model_at` gives its model at a value."""
 
-    at: Callable[[float], PadModel]
+    model_at: Callable[[float], PadModel]
     units: Units
 
     def model(self, value: float) -> PadModel:
         """The model at a value. Raises ComputationError where there is none."""
         try:
-            return self.at(float(value))
+            return self.model_at(float(value))
         except InputError as error:
             raise ComputationError(str(error)) from None
 
@@ -183,16 +184,16 @@ class Shooting:
         """
         model = self.model(value)
         integrator = make_integrator(model, TOLERANCE, "auto")
-        return whole(model, integrator, self.units, state, time, dense, since)
+        return whole_motion(model, integrator, self.units, state, time, dense, since)
 
-    def over(self, state: np.ndarray, period: float, value: float) -> Cycle:
-        """The motion from a state over some time, as a cycle, whose gap tells whether it is one."""
+    def shoot(self, state: np.ndarray, period: float, value: float) -> Cycle:
+        """The motion from a state over some time, as a cycle; it is one if its gap is nearly 0."""
         segment = self.motion(state, period, value, dense=True)
         distance = np.abs(segment.end[:, 0] - state).max()
         return Cycle(
             state=state,
             period=period,
-            monodromy=deviations(self.model(value), segment),
+            monodromy=transition_matrix(self.model(value), segment),
             value=value,
             gap=float(distance / np.abs(state).max()),
             segment=segment,
@@ -218,7 +219,7 @@ class Shooting:
             state = x[:6]
             period = x[PERIOD]
             value = x[VALUE]
-            cycle = self.over(state, period, value)
+            cycle = self.shoot(state, period, value)
             end = cycle.segment.end[:, 0]
             end_at_next_value = self.motion(state, period, value + DIFFERENCE).end[:, 0]
             J = np.zeros((8, 8))  # of the eight equations by the unknowns
@@ -311,7 +312,7 @@ class Shooting:
         itself after several periods."""
         most_parts = len(cycle.segment.changes.t)  # each period holds a change of contact
         for parts in range(most_parts, 1, -1):
-            part = self.over(cycle.state, cycle.period / parts, cycle.value)
+            part = self.shoot(cycle.state, cycle.period / parts, cycle.value)
             if part.gap < RETURNED:
                 return self.solve(part.unknowns).cycle
         return cycle
@@ -369,7 +370,7 @@ class Shooting:
                     return members, refusal
                 continue
             after = following.cycle
-            turns = self._turns(present, step, following)
+            turns = self._turns_within(present, step, following)
             closing = self._closing(first, present.cycle, turns, after)
             if closing is not None:
                 return members + closing, CLOSED_CURVE
@@ -427,28 +428,28 @@ class Shooting:
         point = self._solve_or_none(guess)
         return [] if point is None else [point.cycle]
 
-    def _turns(self, first: Point, step: float, last: Point) -> list[Cycle]:
-        """The cycles within a step of the branch where it folds, grazes or changes stability.
+    def _turns_within(self, first: Point, step: float, last: Point) -> list[Cycle]:
+        """The cycles within a step of the branch at which it folds, grazes or changes stability.
 
         They stand in their order along the step, each located by bisection of a test function
         between the ends of the step.
         """
-        located: list[tuple[float, Cycle]] = []
+        located: list[tuple[float, Cycle]] = []  # distances along the step, and cycles
         for kind, test in TEST_FUNCTIONS.items():
             # a family of vibrations at one value neither folds nor changes stability
             if last.cycle.of_any_amplitude and kind != "grazing":
                 continue
             low = 0.0  # distance along the step up to which changes are located
-            at_low = test(*first)
-            at_end = test(*last)
+            at_low = test(first)
+            at_end = test(last)
             while at_low != at_end and low < step:
-                high, behind = self._first_change(first, test, at_low, low, (step, last))
+                high, after = self._first_change(first, test, at_low, low, (step, last))
                 # a pair of real multipliers with product 1 may change the test function too, but
                 # crosses no unit circle
-                if kind in ("fold", "grazing") or _is_critical(behind.cycle):
-                    located.append((high, replace(behind.cycle, turn=kind)))
+                if kind in ("fold", "grazing") or _is_critical(after.cycle):
+                    located.append((high, replace(after.cycle, turn=kind)))
                 low = high
-                at_low = test(*behind)
+                at_low = test(after)
         located.sort(key=itemgetter(0))
         return [cycle for _, cycle in located]
 
@@ -473,7 +474,7 @@ class Shooting:
             point = self._solve_or_none(guess, first.direction)
             if point is None:
                 break
-            if test(*point) == at_low:  # a change and its return before the middle are not seen
+            if test(point) == at_low:  # a change and its return before the middle are not seen
                 low = middle
             else:
                 high = middle
@@ -492,20 +493,20 @@ def _is_critical(cycle: Cycle) -> bool:
 # The test functions
 
 
-def _value_rises(_cycle: Cycle, direction: np.ndarray) -> bool:
-    return bool(direction[VALUE] > 0.0)
+def _value_rises(point: Point) -> bool:
+    return bool(point.direction[VALUE] > 0.0)
 
 
-def _real_multipliers_below_minus_one(cycle: Cycle, _direction: np.ndarray) -> int:
-    return sum(m.real < -1.0 for m in cycle.multipliers if m.imag == 0.0)
+def _real_multipliers_below_minus_one(point: Point) -> int:
+    return sum(m.real < -1.0 for m in point.cycle.multipliers if m.imag == 0.0)
 
 
-def _pairs_outside_the_unit_circle(cycle: Cycle, _direction: np.ndarray) -> int:
-    return sum(abs(m) > 1.0 for m in cycle.multipliers if m.imag > 0.0)
+def _pairs_outside_the_unit_circle(point: Point) -> int:
+    return sum(abs(m) > 1.0 for m in point.cycle.multipliers if m.imag > 0.0)
 
 
-def _contact_states(cycle: Cycle, _direction: np.ndarray) -> tuple[State, ...]:
-    return cycle.contacts
+def _contact_states(point: Point) -> tuple[State, ...]:
+    return point.cycle.contacts
 
 
 TEST_FUNCTIONS: dict[str, TestFunction] = {

@@ -16,7 +16,7 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.model.contact import ContactLaw, State, Touching
 from squeal.model.equations import PadModel, Units
-from squeal.model.pad import Coefficients, pose
+from squeal.model.pad import Coefficients, pose_of
 from squeal.numerics.differentiation import complex_step
 
 # Share of its free length at which a spring counts as collapsed: the direction of its force, and
@@ -134,7 +134,7 @@ class Segment:
     def _contact(self, motion: np.ndarray, changes: np.ndarray) -> np.ndarray:
         """Contact (points, k) of motions (k,) once the first `changes` (k,) of the changes of all
         motions have happened."""
-        # how often each point has changed, over all motions, after 0, 1, ... changes
+        # (points, changes + 1): how often each point has changed after 0, 1, ... of all changes
         flips = np.zeros((len(self.first_contact), len(self.changes.t) + 1), dtype=int)
         flips[self.changes.point, np.arange(1, flips.shape[1])] = 1
         flips = flips.cumsum(axis=1)
@@ -166,11 +166,11 @@ class Segment:
         return Steps(motion, t, h, series, on=self._contact(motion, changes))
 
     @cached_property
-    def beyond(self) -> np.ndarray:
-        """How far (points, n) each gap at the end is beyond zero, where its contact would change:
-        the height of a point that touches, the depth of another one."""
+    def overshoot(self) -> np.ndarray:
+        """How far (points, n) each gap at the end has passed zero without a change of contact: the
+        height of a point that counts as touching, the depth of another one; negative before."""
         end = np.asarray(self.end, dtype=float)
-        heights = np.array(self.law.gaps(self.c, pose(np, self.c.place(end))))
+        heights = np.array(self.law.gaps(self.c, pose_of(np, self.c.xy_theta(end))))
         return np.where(self.last_contact > 0, heights, -heights)
 
     def coefficients(self, motion: np.ndarray) -> Coefficients:
@@ -233,8 +233,8 @@ def state_rates(model: PadModel, state: np.ndarray, on: Touching | None = None) 
     """Rates (6, ...) of scaled states (6, ...) in the contact `on`; without it, in that which their
     gaps show."""
     c = model.c
-    q = np.array(c.place(state[:3]))
-    velocity = np.array(c.place(state[3:]))
+    q = np.array(c.xy_theta(state[:3]))
+    velocity = np.array(c.xy_theta(state[3:]))
     touching = 1.0 * (model.gaps(q) < 0.0) if on is None else on
     force_x, force_y, moment = model.loads(q, touching, velocity)
     return np.array([*state[3:], force_x / c.m, force_y / c.m, moment * c.w / c.I])
@@ -248,7 +248,7 @@ def first_contact(model: PadModel, state: np.ndarray, step: float = FIRST_STEP) 
     """
     start = np.asarray(state, dtype=float)
     pad = model.pad
-    gaps = model.gaps(model.c.place(start))
+    gaps = model.gaps(model.c.xy_theta(start))
     rounding = _ROUNDING * (pad.h + pad.w + abs(pad.y0) + abs(start[1]))
     on_surface = np.abs(gaps) <= rounding
     touches = gaps < 0.0
@@ -258,7 +258,7 @@ def first_contact(model: PadModel, state: np.ndarray, step: float = FIRST_STEP) 
         # the acceleration a adds a h^2 / 2 + (da/dt) h^3 / 6, where da/dt is (k2 - k1) / h
         moved = start[:3] + step * start[3:] + step**2 / 6 * (2 * k1 + k2)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
-        change = model.gaps(model.c.place(moved)) - gaps
+        change = model.gaps(model.c.xy_theta(moved)) - gaps
         touches = np.where(on_surface, change < 0.0, touches)
     return np.asarray(touches).astype(int)
 
@@ -272,7 +272,7 @@ def off_level(model: PadModel, state: np.ndarray, contact: np.ndarray) -> np.nda
     """
     if model.law.points > 2:  # springs have no contact length
         return state
-    leading, trailing = model.gaps(model.c.place(np.asarray(state, dtype=float)))
+    leading, trailing = model.gaps(model.c.xy_theta(np.asarray(state, dtype=float)))
     is_level = np.abs(leading - trailing) < LEAST_TURN * model.pad.w
     # 1 where the leading edge touches alone, -1 the trailing edge, 0 in full or no contact
     sense = contact[0] - contact[1]
@@ -289,18 +289,18 @@ def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
     the end of the segment of a single motion.
 
     Rounding may put such a crossing before the end of the segment, where the integrator, going on
-    from the end, would not see it. A point counts if two conditions hold: its gap is beyond zero,
-    or short of it by no more than what rounding left of the gap of `point`; and its gap moves on
+    from the end, would not see it. A point counts if two conditions hold: its gap has passed zero,
+    or is short of it by no more than what rounding left of the gap of `point`; and its gap moves on
     away from its contact state.
     """
-    beyond = segment.beyond[:, 0]
-    rounding = abs(beyond[point])  # the gap of `point` is zero but for it
-    passed = beyond >= -rounding
+    overshoot = segment.overshoot[:, 0]
+    rounding = abs(overshoot[point])  # the gap of `point` is zero but for rounding
+    passed = overshoot >= -rounding
     passed[point] = False
     if passed.any():
         end = np.asarray(segment.end[:, 0], dtype=float)
-        q = np.array(model.c.place(end[:3]))
-        velocity = np.array(model.c.place(end[3:]))
+        q = np.array(model.c.xy_theta(end[:3]))
+        velocity = np.array(model.c.xy_theta(end[3:]))
         gap_rates = complex_step(model.gaps, q, along=velocity)
         goes_on = np.where(segment.last_contact[:, 0] > 0, gap_rates, -gap_rates) > 0.0
         passed &= goes_on
@@ -354,7 +354,7 @@ def integrate(
     t = 0.0
     steps = 0
     changes = 0
-    while t < stop:  # a segment a pass
+    while t < stop:  # one segment in each pass
         try:
             segment = integrator.run(contact, t, z, stop, dense)
         except ComputationError as error:
@@ -363,7 +363,7 @@ def integrate(
         t = segment.t1[0]
         z = segment.end[:, 0]
         limit = Limit(segment.limit[0])
-        if (segment.beyond[:, 0] > MISSED).any():
+        if (segment.overshoot[:, 0] > MISSED).any():
             raise ComputationError(
                 f"a contact change was missed before {instant(t)}; ask for a smaller tolerance"
             )
@@ -387,7 +387,7 @@ def integrate(
     return MotionEnd(t, z, steps, changes)
 
 
-def whole(
+def whole_motion(
     model: PadModel,
     integrator: Integrator,
     units: Units,

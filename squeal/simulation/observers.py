@@ -15,12 +15,12 @@ from squeal.io.scene import COORDINATES, INITIAL
 from squeal.io.writing import number
 from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, Units
-from squeal.model.pad import Coefficients, facing, pose
-from squeal.numerics.oscillation import exponent, strongest_line, swing
+from squeal.model.pad import Coefficients, facing, pose_of
+from squeal.numerics.oscillation import exponent, half_range, strongest_line
 from squeal.simulation.hybrid import Segment, state_of
 
 UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
-PLACES = 8  # in each step, 3 to 20, at which signals are read first
+SAMPLES_PER_STEP = 8  # from 3 to 20; peaks between them are located afterwards
 LAST = 0.25  # share of the run that is its last part
 PARTS = 20  # equal parts of the run whose kinetic energies are compared
 LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
@@ -36,26 +36,26 @@ class Peaks(NamedTuple):
     value: np.ndarray
 
 
-Read = Callable[[Coefficients, np.ndarray, np.ndarray], np.ndarray]
+SignalFunction = Callable[[Coefficients, np.ndarray, np.ndarray], np.ndarray]
 """A signal (...) from coefficients, states (6, ...) and contact (points, ...)."""
 
 
 def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Shares (count,) of a step, both ends included, and weights of Lobatto's quadrature there."""
     basis = np.polynomial.Legendre.basis(count - 1)
-    places = np.concatenate([[-1.0], np.sort(basis.deriv().roots().real), [1.0]])
-    return (places + 1.0) / 2.0, 1.0 / (count * (count - 1) * basis(places) ** 2)
+    nodes = np.concatenate([[-1.0], np.sort(basis.deriv().roots().real), [1.0]])  # in -1..1
+    return (nodes + 1.0) / 2.0, 1.0 / (count * (count - 1) * basis(nodes) ** 2)
 
 
 class Grid:
-    """Motions read at the same k places of all their steps.
+    """Samples of motions at the same k shares of all their s steps.
 
-    shares (k,) of a step, weights (k,) of quadrature over it; states
-    (6, k, s); t (k, s): times; c: coefficients of the steps; coefficients_of: of motions by number;
+    shares (k,) of a step, weights (k,) of quadrature over it; states (6, k, s); t (k, s): times; c:
+    coefficients of the pad in each step; coefficients_of: those of motions by their numbers;
     first_steps (n,): number of the first step of each motion.
     """
 
-    def __init__(self, segment: Segment, count: int = PLACES) -> None:
+    def __init__(self, segment: Segment, count: int = SAMPLES_PER_STEP) -> None:
         steps = segment.steps
         self.steps = steps
         self.shares, self.weights = lobatto(count)
@@ -66,11 +66,11 @@ class Grid:
         self.coefficients_of = segment.coefficients
         self.first_steps = np.searchsorted(steps.motion, np.arange(len(segment.t0)))
 
-    def read(self, signal: Read) -> np.ndarray:
-        """A signal (..., k, s) at all places."""
+    def read(self, signal: SignalFunction) -> np.ndarray:
+        """A signal (..., k, s) at all samples."""
         return signal(self.c, self.states, self.steps.on[:, None])
 
-    def peaks(self, signal: Read, values: np.ndarray, threshold: np.ndarray) -> Peaks:
+    def peaks(self, signal: SignalFunction, values: np.ndarray, threshold: np.ndarray) -> Peaks:
         """Maxima of a signal between its samples `values` (k, s), exact to rounding.
 
         Those that cannot exceed `threshold` (s,), a number for each step, are left out, which saves
@@ -133,12 +133,15 @@ class Grid:
         return parabola, step, top[parabola, step]
 
     def ranges(
-        self, signal: Read, values: np.ndarray | None = None, since: np.ndarray | None = None
+        self,
+        signal: SignalFunction,
+        values: np.ndarray | None = None,
+        since: np.ndarray | None = None,
     ) -> np.ndarray:
         """Least and greatest value (n, 2) of a signal in each of n motions.
 
-        values (k, s): the signal at all places, if it is known; since (n,): times before which
-        samples do not count. inf and -inf stand for a signal that a motion nowhere has.
+        values (k, s): the signal at all samples, if it is known; since (n,): times before which
+        samples do not count. inf and -inf stand for a signal that is NaN all over a motion.
         """
         read = self.read(signal) if values is None else values
         begin = np.full(len(self.steps.motion), -np.inf)
@@ -160,15 +163,15 @@ class Grid:
 
     def _greatest(
         self,
-        signal: Read,
+        signal: SignalFunction,
         counted_samples: np.ndarray,
         counted_steps: np.ndarray,
         begin: np.ndarray,
     ) -> np.ndarray:
         """Greatest value (n,) of a signal in each motion.
 
-        counted_samples (k, s): its values at all places, NaN at those that do not count;
-        counted_steps (k, s): the same, NaN only in steps of which no place counts; begin (s,): the
+        counted_samples (k, s): its values at all samples, NaN at those that do not count;
+        counted_steps (k, s): the same, NaN only in steps of which no sample counts; begin (s,): the
         time from which on peaks count.
         """
         motion = self.steps.motion
@@ -185,12 +188,12 @@ class Grid:
         return greatest
 
 
-def plotted(law: ContactLaw) -> Read:
+def plotted(law: ContactLaw) -> SignalFunction:
     """The plotted signals (signals, ...) of a law, each over its scale (F_n or w)."""
 
     def read(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):  # delta is NaN where Rn is zero
-            values = law.signals(c, pose(np, c.place(states)), on)
+            values = law.signals(c, pose_of(np, c.xy_theta(states)), on)
         rows = np.empty((len(law.plotted), *states.shape[1:]))
         for row, value, signal in zip(rows, values, law.plotted, strict=True):
             np.divide(value, getattr(c, signal.over), out=row)
@@ -203,12 +206,12 @@ def plotted(law: ContactLaw) -> Read:
 
 def face_speed(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
     """Speed of the middle of the lower face, h below the mass centre, NaN where it is off."""
-    velocity = states[3] + c.h * facing(c, pose(np, c.place(states))) * states[5] / c.w
+    velocity = states[3] + c.h * facing(c, pose_of(np, c.xy_theta(states))) * states[5] / c.w
     return np.where(on.any(axis=0), velocity, np.nan)
 
 
-def one_of(signals: Read, which: int) -> Read:
-    """One of several signals."""
+def one_of(signals: SignalFunction, which: int) -> SignalFunction:
+    """The signal of index `which` of several."""
     return lambda *where: signals(*where)[which]
 
 
@@ -473,11 +476,12 @@ class ResponseObserver:
         """Whether the two halves of states (n, 6) have the same amplitude, in the coordinate that
         moves most."""
         halves = np.split(states, [len(states) // 2])
-        swings = np.array([swing(half[:, :3]) for half in halves])
-        largest = np.argmax(swings.sum(axis=0))
-        a, b = swings[:, largest]
+        amplitudes = np.array([half_range(half[:, :3]) for half in halves])  # (2, 3)
+        largest = np.argmax(amplitudes.sum(axis=0))
+        a, b = amplitudes[:, largest]
         return bool(abs(a - b) <= STEADY * max(a, b))
 
     def _amplitude(self, states: np.ndarray) -> dict[str, float]:
-        whole = np.append(swing(states[:, :3]), np.zeros(3))
-        return dict(zip(COORDINATES[:3], self._units.to_si(whole)[:3].tolist(), strict=True))
+        """Half of the range of x, y (m) and theta (rad) of states (n, 6), by name."""
+        with_rates = np.append(half_range(states[:, :3]), np.zeros(3))
+        return dict(zip(COORDINATES[:3], self._units.to_si(with_rates)[:3].tolist(), strict=True))

@@ -12,7 +12,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, check_simulation
-from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked, plain
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, copied_attributes, number, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import public
@@ -185,7 +185,7 @@ class Simulation(Answer):
             }
         if self.sliding_lost_at is not None:
             result["sliding_lost_at"] = self.sliding_lost_at
-        result |= picked(self, "sliding_holds method tolerance steps contact_changes")
+        result |= copied_attributes(self, "sliding_holds method tolerance steps contact_changes")
         return result
 
 
@@ -335,7 +335,7 @@ def simulate(
     dense = sliding is not None or bool(observers.keys() - {"events", "shares"})
     solver = make_integrator(model, scene.tolerance, integrator)
     end = integrate(model, solver, units, start, stop, observe, dense)
-    results: dict[str, Any] = {name: each.result() for name, each in observers.items()}
+    results: dict[str, Any] = {name: observer.result() for name, observer in observers.items()}
     if sliding is not None:
         results["sliding_holds"] = sliding.lost_at is None
         if sliding.lost_at is not None:

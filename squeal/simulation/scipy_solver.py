@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
+from squeal.model.pad import Coefficients, Number, at_speed, facing, pose_of, spring_vectors
 from squeal.simulation.hybrid import ContactChanges, DenseOutput, Integrator, Limit, Segment
 from squeal.simulation.observers import lobatto
 
@@ -66,7 +66,7 @@ class SciPyIntegrator(Integrator):
         def rhs(_t: float, s: np.ndarray) -> list[float]:
             state = s.tolist()
             c_at_speed = at_speed(math, c, model.pad.fall, state[3])
-            f = net_loads(math, c_at_speed, model.law, c.place(state), contact)
+            f = net_loads(math, c_at_speed, model.law, c.xy_theta(state), contact)
             rates = [f.x * inverse_m, f.y * inverse_m, f.moment * w_over_I]
             if damped:
                 rates = (rates - D @ s[3:]).tolist()
@@ -81,10 +81,10 @@ class SciPyIntegrator(Integrator):
         V = self._model.pad.V
 
         def gap(point: int) -> Callable[[np.ndarray], Number]:
-            return lambda state: law.gaps(c, pose(math, c.place(state)))[point]
+            return lambda state: law.gaps(c, pose_of(math, c.xy_theta(state)))[point]
 
         def faces_surface(state: np.ndarray) -> Number:
-            return facing(c, pose(math, c.place(state)))
+            return facing(c, pose_of(math, c.xy_theta(state)))
 
         def slower_than_surface(state: np.ndarray) -> Number:
             return V - state[3]
@@ -111,7 +111,7 @@ class SciPyIntegrator(Integrator):
         c = self._model.c
         moving = states.astype(complex)  # rates of the gaps by the complex step
         moving[:3] += 1j * _IMAGINARY * states[3:]
-        gaps = np.array(self._model.law.gaps(c, pose(np, c.place(moving))))
+        gaps = np.array(self._model.law.gaps(c, pose_of(np, c.xy_theta(moving))))
         gaps *= np.where(contact, 1.0, -1.0)[:, None]
         rates = gaps.imag / _IMAGINARY
         h = np.diff(nodes)
@@ -199,7 +199,7 @@ class SciPyIntegrator(Integrator):
         Such a spring turns by more than 90 degrees from one of the states (6, s) to the next.
         """
         c = self._model.c
-        vectors = spring_vectors(c, pose(np, c.place(states)))
+        vectors = spring_vectors(c, pose_of(np, c.xy_theta(states)))
         for limit, (vx, vy) in zip((Limit.SPRING_1, Limit.SPRING_2), vectors, strict=True):
             turned = np.flatnonzero(vx[:-1] * vx[1:] + vy[:-1] * vy[1:] < 0.0)
             if turned.size:

@@ -17,7 +17,7 @@ import numpy as np
 from squeal.errors import ComputationError
 from squeal.model.contact import ContactLaw, Touching
 from squeal.model.equations import PadModel, net_loads, term_count
-from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
+from squeal.model.pad import Coefficients, Number, at_speed, facing, pose_of, spring_vectors
 from squeal.simulation.hybrid import (
     CLEAR,
     COLLAPSED,
@@ -46,7 +46,7 @@ STEPS_AT_ONCE = 5000
 REGROUPED_ABOVE = 1e-14
 # With more contact points than so many heyoka compiles functions instead of unrolled code.
 UNROLLED = 2
-# of the runtime parameters of `equations`, in their order
+# of the first runtime parameters of `equations`, in their order
 NAMES = Coefficients._fields
 # Numbers of `PadModel.term_values` behind the nine of damping: of friction that falls with speed.
 FALL_SHARE, FALL_RATE, SURFACE_SPEED = 9, 10, 11
@@ -80,7 +80,7 @@ def equations(law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()) -> Equ
     u, v, r = velocities
     if "falling" in terms:
         c = at_speed(hy, c, (numbers[FALL_SHARE], numbers[FALL_RATE]), u)
-    q = c.place(state)
+    q = c.xy_theta(state)
     total = net_loads(hy, c, law, q, on)
     rates = [u, v, r, total.x / c.m, total.y / c.m, c.w * total.moment / c.I]
     if "damping" in terms:
@@ -88,15 +88,15 @@ def equations(law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()) -> Equ
             row = numbers[3 * i : 3 * i + 3]
             drag = sum(entry * speed for entry, speed in zip(row, velocities, strict=True))
             rates[3 + i] = rates[3 + i] - drag
-    at = pose(hy, q)
-    limits = [facing(c, at)]
-    for (vx, vy), free_length in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True):
+    pose = pose_of(hy, q)
+    limits = [facing(c, pose)]
+    for (vx, vy), free_length in zip(spring_vectors(c, pose), (c.L1, c.L2), strict=True):
         length = hy.sqrt(vx * vx + vy * vy)
         limits.append(length / free_length - COLLAPSED)
     if "falling" in terms:
         limits.append(numbers[SURFACE_SPEED] - u)
     system = list(zip(state, rates, strict=True))
-    return Equations(system, list(law.gaps(c, at)), [FAINT * limit for limit in limits])
+    return Equations(system, list(law.gaps(c, pose)), [FAINT * limit for limit in limits])
 
 
 def state_parameters(law: ContactLaw) -> tuple[Number, ...]:
@@ -200,7 +200,7 @@ class Machine:
             contact_change = self.event(
                 event_function,
                 direction=hy.event_direction.positive,
-                callback=self.change(point),
+                callback=self.contact_callback(point),
                 # once the contact has changed, the same gap passes zero in the other sense
                 cooldown=code.fp_type(0.0),
                 fp_type=code.fp_type,
@@ -213,7 +213,7 @@ class Machine:
 
     # heyoka copies callbacks deeply, which leaves functions and what they refer to shared
 
-    def change(self, point: int) -> Callable[..., bool]:
+    def contact_callback(self, point: int) -> Callable[..., bool]:
         """The callback that flips the contact of a point, and lets heyoka go on where no other
         point is near the surface."""
 
@@ -233,8 +233,8 @@ class Machine:
         """Whether another point is near the surface, on the other side or on its way there, so that
         it has to be looked at before the motion goes on."""
         state = self.columns[0]  # gaps do not depend on x, its first entry
-        at = pose(math, self.c.place((0.0, float(state[1]), float(state[2]))))
-        for other, gap in enumerate(self.code.law.gaps(self.c, at)):
+        pose = pose_of(math, self.c.xy_theta((0.0, float(state[1]), float(state[2]))))
+        for other, gap in enumerate(self.code.law.gaps(self.c, pose)):
             touches = self.on[other][0]
             depth = -gap if touches else gap  # on its own side of the surface
             if other != point and depth < self.clear:
@@ -255,13 +255,13 @@ class Machine:
 
     def changes(self) -> ContactChanges:
         """The contact changes of the log."""
-        number = self.state.dtype
+        dtype = self.state.dtype
         changes = sorted(self.log, key=lambda change: change.motion)
-        states = np.frombuffer(b"".join(change.state for change in changes), number)
+        states = np.frombuffer(b"".join(change.state for change in changes), dtype)
         return ContactChanges(
             motion=np.array([change.motion for change in changes], dtype=int),
             point=np.array([change.point for change in changes], dtype=int),
-            t=np.array([change.t for change in changes], dtype=number),
+            t=np.array([change.t for change in changes], dtype=dtype),
             state=states.reshape(len(changes), 6).T,
         )
 
@@ -273,14 +273,14 @@ class Record:
     coefficients (6, p), or (6, p, n), of the state in powers of time.
     """
 
-    def __init__(self, machine: Machine, wanted: bool) -> None:
-        self.wanted = wanted
+    def __init__(self, machine: Machine, dense: bool) -> None:
+        self.dense = dense
         self.times = [np.array(machine.ta.time)]
         self.series: list[np.ndarray] = []
 
     def options(self) -> dict[str, Any]:
-        """Of a run of heyoka that is to be recorded."""
-        if not self.wanted:
+        """The arguments of a run of heyoka that record its steps."""
+        if not self.dense:
             return {}
         times = self.times
         series = self.series
@@ -293,8 +293,8 @@ class Record:
         return {"write_tc": True, "callback": keep}
 
     def dense_output(self) -> DenseOutput | None:
-        """The steps of a single motion; None if they are not wanted."""
-        if not self.wanted:
+        """The steps of a single motion; None if no dense output is wanted."""
+        if not self.dense:
             return None
         return dense_output(np.array(self.times), np.array(self.series), motion=0)
 
@@ -384,18 +384,18 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
         """See `squeal.simulation.hybrid.Integrator`."""
         law = self.model.law
         machine = self.ready()
-        number = machine.state.dtype
+        dtype = machine.state.dtype
         first = np.reshape(contact, (law.points, 1))
         parameters = runtime_parameters(self.model, first)
-        t0 = np.reshape(t, 1).astype(number)
-        until = np.reshape(stop, 1).astype(number)
+        t0 = np.reshape(t, 1).astype(dtype)
+        until = np.reshape(stop, 1).astype(dtype)
         machine.start(parameters, np.reshape(state, (6, 1)), t0)
         machine.clear = CLEAR * (1.0 + machine.c.w + machine.c.h)
         record = Record(machine, dense)
         outcome, _, _, steps, *_ = machine.ta.propagate_until(
             until[0], max_steps=STEPS_AT_ONCE, **record.options()
         )
-        t1 = np.full(1, machine.ta.time, dtype=number)
+        t1 = np.full(1, machine.ta.time, dtype=dtype)
         limit = Limit.NONE
         if t1[0] != until[0]:  # also where the time is not a number
             limit = limit_of(outcome, law.points)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.errors import InputError, meant
+from squeal.errors import InputError, suggestion
 from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import Matrix, is_sparse
 from squeal.linear.system import System
@@ -272,19 +272,19 @@ def assemble(
         raise InputError("an assembly needs contacts, and a name of its own for each component")
     located: list[Contact] = []
     for contact in contacts:
-        with Place(f"contact {contact.name}").named():
+        with Place(f"contact {contact.name}").prefixing_errors():
             located.append(contact.located(bodies_by_name))
     if cutoff is not None:
         for key, body in bodies_by_name.items():
             bodies_by_name[key] = _reduced(body, located, cutoff)
     pair_sets: list[PairDirections] = []
     for contact in located:
-        with Place(f"contact {contact.name}").named():
+        with Place(f"contact {contact.name}").prefixing_errors():
             pair_sets.append(pair_directions(contact, bodies_by_name))
     bodies = list(bodies_by_name.values())
     all_parameters = _merged_parameters(bodies, parameters or {})
     if parameter not in all_parameters:
-        hint = meant(parameter, sorted(all_parameters))
+        hint = suggestion(parameter, sorted(all_parameters))
         raise InputError(f"parameter: {parameter} is no parameter; {hint}")
     structure = System(  # the components side by side, without contact
         M=_merged(bodies, part=0),
@@ -296,7 +296,7 @@ def assemble(
         assumptions=_merged_assumptions(bodies),
     )
     for contact in located:
-        with Place(f"contact {contact.name}").named():
+        with Place(f"contact {contact.name}").prefixing_errors():
             contact.require_direction(structure.parameters)
     seats, displacements = seat_contacts(structure, pair_sets, bodies)
     is_large = is_sparse(structure.M[0].matrix)

@@ -23,7 +23,7 @@ STATES = list(itertools.product(["b1-a", "b2-b"], [(1, 1), (1, 0), (0, 1)]))
 def balance(statics, z, on):
     """The residual of a pad in 40 digits."""
     c = Coefficients(*(mp.mpf(float(value)) for value in statics.model.c))._replace(mu=z[3])
-    loads = net_loads(mp, c, statics.model.law, c.place(z), on)
+    loads = net_loads(mp, c, statics.model.law, c.xy_theta(z), on)
     return [loads.x, loads.y, loads.moment / c.w]
 
 

@@ -10,7 +10,7 @@ import pytest
 import squeal
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium
-from squeal.equilibrium.find import rests
+from squeal.equilibrium.find import frictionless_equilibria
 from squeal.equilibrium.path import OF_LOADS
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
@@ -167,7 +167,7 @@ def test_an_equilibrium_lies_as_close_to_the_exact_one_as_is_said(seed):
     moved = np.array(off) * [1.0, 1.0, lever] / length
     z = np.array([*np.array(found.q) * [1.0, 1.0, lever] / length, scene.pad.mu])[:, None]
     on = 1.0 * np.array(found.state)[:, None]
-    assert np.all(moved <= statics.place_error(z, on)[:, 0])
+    assert np.all(moved <= statics.z_error(z, on)[:, 0])
     lengths = np.array([1.0, 1.0, length])
     unit = statics.units.mass / statics.units.time**2 * np.outer(lengths, lengths)
     error = statics.stiffness_error(z, on)[:, :, 0] + 1e-14 * np.abs(K / unit).max()
@@ -205,7 +205,7 @@ def test_many_pads_at_once_leave_the_same_ones_out():
     force, length = statics.units.force, statics.units.length
     changes = {"F_n": np.array(loads) / force, "y0": np.array(heights) / length}
     pads = Statics(statics.model.replace(**changes), statics.units)
-    assert rests(pads, 3).exists.tolist() == expected
+    assert frictionless_equilibria(pads, 3).exists.tolist() == expected
     for load, height, there in zip(loads, heights, expected, strict=True):
         e, _ = sliding_equilibrium(HANGS.replace(mu=0.0, F_n=load, y0=height).pad_model)
         assert (e is not None and e.on_branch) == there

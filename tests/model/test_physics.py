@@ -13,7 +13,7 @@ from squeal.errors import InputError
 from squeal.model import contact
 from squeal.model.contact import CONSISTENT, MODELS, STATES, Formulation, contact_law, states
 from squeal.model.equations import PadModel, about_origin, linearise, natural_units
-from squeal.model.pad import PARAMETERS, Pose, coefficients, pose, stretched
+from squeal.model.pad import PARAMETERS, Pose, coefficients, pose_of, stretched
 from tests import naive
 from tests.conftest import HEYOKA, needs_heyoka, random_pad
 from tests.naive import spring_loads
@@ -41,7 +41,7 @@ def springs(pad, count):
 
 
 def signals_of(model, q, state):
-    return model.law.signals(model.c, pose(np, tuple(q)), state)
+    return model.law.signals(model.c, pose_of(np, tuple(q)), state)
 
 
 def literal(p, count, q, state):
@@ -105,9 +105,9 @@ def test_one_formula_serves_all_states_at_once(law):
     q = r.uniform(-0.1, 0.1, (3, len(known)))
     on = np.array(known, dtype=float).T
     c = coefficients(np, pad, law.absolute_gap)
-    at = pose(np, tuple(q))
+    at = pose_of(np, tuple(q))
     symbols = hy.make_vars("x", "y", "theta", *(f"on{i}" for i in range(law.points)))
-    symbolic = pose(hy, symbols[:3])
+    symbolic = pose_of(hy, symbols[:3])
     outputs = [*law.loads(c, symbolic, symbols[3:]), law.energy(c, symbolic, symbols[3:])]
     compiled = hy.cfunc(outputs, symbols)(np.concatenate([q, on]))
     with np.errstate(all="ignore"):
@@ -116,7 +116,7 @@ def test_one_formula_serves_all_states_at_once(law):
     with mp.workdps(30):
         exact = coefficients(mp, pad, law.absolute_gap)
         for i, state in enumerate(known):
-            here = pose(mp, tuple(map(mp.mpf, q[:, i])))
+            here = pose_of(mp, tuple(map(mp.mpf, q[:, i])))
             every = [*law.loads(exact, here, state), law.energy(exact, here, state)]
             expected = [float(v) for v in every]
             for found in (loads, compiled):
@@ -138,9 +138,9 @@ def test_forces_derive_from_the_energy():
         c = coefficients(np, pad, law.absolute_gap)
         for state in states(law.points):
             q = np.array([0.01, -0.02, 0.03 if state[-1] else -0.03])
-            at = pose(np, tuple(q[:, None] + 1e-200j * np.eye(3)))
+            at = pose_of(np, tuple(q[:, None] + 1e-200j * np.eye(3)))
             slope = law.energy(c, at, state).imag * 1e200 * np.ones(3)
-            loads = law.loads(c, pose(np, tuple(q)), state)
+            loads = law.loads(c, pose_of(np, tuple(q)), state)
             assert -slope == pytest.approx(loads, rel=1e-10, abs=1e-15)
 
 
@@ -172,7 +172,7 @@ def test_delta_has_its_limit_where_contact_is_lost(force):
     c = coefficients(np, random_pad(1, theta0=0.0, y0=0.0), True)
     at = Pose(0.0, -0.1 * c.rlx, 0.1, 0.0)  # the leading edge at height zero, the other above
     law = contact_law("B2", Formulation(force))
-    assert law.resultant(c, at, LEAD) == (0.0, pytest.approx(at.aside(c.rlx, c.rly), rel=1e-15))
+    assert law.resultant(c, at, LEAD) == (0.0, pytest.approx(at.x_offset(c.rlx, c.rly), rel=1e-15))
 
 
 # Springs along the lower face, and the line contact as their limit

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.numerics.oscillation import exponent, spectrum, strongest_line, swing
+from squeal.numerics.oscillation import exponent, half_range, spectrum, strongest_line
 
 STEP = 0.2
 T = STEP * np.arange(600)
@@ -81,11 +81,11 @@ def test_amplitudes_of_sines_are_found_by_spectrum_and_by_range():
     assert amplitudes[[k, 10], 0] == pytest.approx([0.7, 0.0], abs=1e-9)
     t = np.arange(0.0, 40.0, 0.25)
     signals = np.array([3.0 + 2.0 * np.sin(t), -0.1 * np.cos(t + 1.0), 0.0 * t, t]).T
-    assert swing(signals) == pytest.approx([2.0, 0.1, 0.0, t[-1] / 2], rel=1e-4)
+    assert half_range(signals) == pytest.approx([2.0, 0.1, 0.0, t[-1] / 2], rel=1e-4)
 
 
 def test_the_range_of_a_motion_that_only_falls_ends_at_its_samples():
     # nearly straight, and exp(-t) cos(t + 0.3), which is greatest before its first sample
     t = np.linspace(0.0, 1.0, 21)
     signals = np.array([-t - 1e-4 * t**2, np.exp(-t) * np.cos(t + 0.3)]).T
-    assert swing(signals) == pytest.approx((signals[0] - signals[-1]) / 2)
+    assert half_range(signals) == pytest.approx((signals[0] - signals[-1]) / 2)

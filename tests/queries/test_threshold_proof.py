@@ -152,7 +152,7 @@ def test_exact_thresholds_take_the_place_of_refuted_ones(damped, monkeypatch):
 
 
 def test_without_flint_it_is_open(monkeypatch):
-    for module in ("loads", "ranges"):
+    for module in ("loads", "terms"):
         monkeypatch.setattr(importlib.import_module(f"squeal.proof.{module}"), "flint", None)
     for subject in (scene_of("b1-a"), flutter(1e-3)):
         answer = squeal.thresholds(subject, prove=True)

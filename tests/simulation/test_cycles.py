@@ -169,9 +169,9 @@ def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
     units, model, start, _ = in_natural_units(scene)
     shooting = Shooting(lambda mu: model.replace(mu=mu), units)
     fall, contact, depth = bouncing(pad, height)
-    one = shooting.over(start, (2 * fall + contact) / units.time, 0.0)
+    one = shooting.shoot(start, (2 * fall + contact) / units.time, 0.0)
     assert np.abs(one.segment.end[:, 0] - start).max() < 1e-9
-    half = shooting.over(start, (fall + contact / 2) / units.time, 0.0)
+    half = shooting.shoot(start, (fall + contact / 2) / units.time, 0.0)
     assert half.gap == pytest.approx((height + depth) / height, rel=1e-9)
     assert len(one.contacts) == 4
     vertical = one.monodromy[np.ix_([1, 4], [1, 4])]  # a double multiplier 1
@@ -204,7 +204,7 @@ def test_a_guess_far_from_any_cycle_is_refused(shooting, cycle):
 
 def test_a_late_return_gives_the_least_period(shooting, cycle):
     """Five periods of a cycle close too; their multipliers are fifth powers."""
-    five = shooting.over(cycle.state, 5 * cycle.period, cycle.value)
+    five = shooting.shoot(cycle.state, 5 * cycle.period, cycle.value)
     assert five.gap < 1e-6
     assert abs(five.multipliers[0]) == pytest.approx(abs(cycle.multipliers[0]) ** 5, rel=1e-3)
     assert shooting._shortest(five).period == pytest.approx(cycle.period, rel=1e-9)
@@ -224,8 +224,8 @@ def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outs
     cycle_inside: Any = SimpleNamespace(multipliers=np.array(inside, complex).tolist())
     cycle_outside: Any = SimpleNamespace(multipliers=np.array(outside, complex).tolist())
     for name in ("period doubling", "torus"):
-        before = TEST_FUNCTIONS[name](cycle_inside, None)
-        after = TEST_FUNCTIONS[name](cycle_outside, None)
+        before = TEST_FUNCTIONS[name](Point(cycle_inside, None))
+        after = TEST_FUNCTIONS[name](Point(cycle_outside, None))
         assert (before != after) == (name == kind)
 
 

@@ -40,9 +40,9 @@ def test_an_edge_on_the_surface_to_rounding_goes_with_its_motion(size):
         turn = r.uniform(-1.0, 1.0)
         state = np.array([0.0, 0.0, turn * model.pad.w, *r.uniform(-1.0, 1.0, 3)])
         for edge in (0, 1):
-            state[1] -= model.gaps(model.c.place(state))[edge]
-            ahead = model.gaps(model.c.place(state[:3] + 1e-8 * state[3:]))
-            moved = (ahead - model.gaps(model.c.place(state)))[edge]
+            state[1] -= model.gaps(model.c.xy_theta(state))[edge]
+            ahead = model.gaps(model.c.xy_theta(state[:3] + 1e-8 * state[3:]))
+            moved = (ahead - model.gaps(model.c.xy_theta(state)))[edge]
             assert first_contact(model, state, soon)[edge] == (moved < 0)
             off = 500 * np.finfo(float).eps * (model.pad.h + model.pad.w + abs(state[1]) + size)
             for side in (off, -off):

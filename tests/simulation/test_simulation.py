@@ -10,7 +10,7 @@ import pytest
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import FULL, NONE, Formulation
-from squeal.simulation.hybrid import Limit, first_contact, integrate, state_of, whole
+from squeal.simulation.hybrid import Limit, first_contact, integrate, state_of, whole_motion
 from squeal.simulation.run import in_natural_units, make_integrator, simulate
 from tests.conftest import BACKENDS, HEYOKA, INSTALLED, SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, quad, upright
@@ -160,12 +160,12 @@ def test_a_motion_as_one_course_is_that_of_another_integrator(stem):
     times = np.linspace(0.0, 0.2 * stop, 777)
     stop = 0.2 * stop
     ours, theirs = (
-        whole(model, make_integrator(model, 1e-12, name), units, start, stop, True)
+        whole_motion(model, make_integrator(model, 1e-12, name), units, start, stop, True)
         for name in INSTALLED
     )
     for segment in (ours, theirs):
         states, on = segment.at(times)
-        gaps = model.gaps(model.c.place(states[:, :3].T))
+        gaps = model.gaps(model.c.xy_theta(states[:, :3].T))
         clear = np.abs(gaps) > 1e-6
         assert np.array_equal(on[clear] > 0, gaps[clear] < 0)
         assert [segment.t0[0], segment.t1[0], segment.limit[0]] == [0.0, stop, Limit.NONE]

@@ -123,7 +123,7 @@ def _table(title: str, group: Group) -> str:
 def _row(name: str, key: Key) -> list[str]:
     left_out = "refused" if key.required and not key.unless else key.default or "-"
     models = ", ".join(key.models) if key.models and key.models != tuple(MODELS) else "all"
-    return [f"`{name}`", key.meaning, key.unit or "-", key.kind.named, left_out, models]
+    return [f"`{name}`", key.meaning, key.unit or "-", key.kind.allowed, left_out, models]
 
 
 def main() -> int:

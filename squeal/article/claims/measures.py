@@ -16,7 +16,7 @@ from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.model.contact import STATES, State
 from squeal.model.equations import PadModel
-from squeal.model.pad import Pad, pose
+from squeal.model.pad import Pad, pose_of
 
 
 @dataclass(frozen=True)
@@ -130,11 +130,11 @@ def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None)
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu
     # touching=None: the contact state is that of the gaps, in each step
-    z, _, reached = statics.settle(z, touching=None, passes=10)
-    q = statics.place(z)
+    z, _, reached = statics.solve_balance(z, touching=None, passes=10)
+    q = statics.q(z)
     gaps = np.where(reached, statics.gaps(z), math.nan)
     touching = (gaps < 0.0).astype(float)
-    load = statics.model.law.loads(statics.model.c, pose(np, tuple(q)), touching)
+    load = statics.model.law.loads(statics.model.c, pose_of(np, tuple(q)), touching)
     reaction = np.where(reached & touching.any(axis=0), load.y, math.nan)
     q_in_SI = np.where(reached, [q[0] * length, q[1] * length, q[2]], math.nan)
     return Equilibria(q_in_SI, reaction * statics.units.force, gaps * length)

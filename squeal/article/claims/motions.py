@@ -13,8 +13,8 @@ from squeal.io.scene import Scene
 from squeal.model.contact import LEADING, NONE, STATES, TRAILING
 from squeal.model.equations import Units
 from squeal.model.pad import Coefficients
-from squeal.simulation.hybrid import Segment, whole
-from squeal.simulation.observers import Grid, Read, face_speed, one_of, plotted
+from squeal.simulation.hybrid import Segment, whole_motion
+from squeal.simulation.observers import Grid, SignalFunction, face_speed, one_of, plotted
 from squeal.simulation.run import in_natural_units, make_integrator
 
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
@@ -37,7 +37,7 @@ def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
     """
     units, model, state, stop = in_natural_units(scene)
     integrator = make_integrator(model, scene.tolerance, "auto")
-    segment = whole(model, integrator, units, state, stop, dense=True)
+    segment = whole_motion(model, integrator, units, state, stop, dense=True)
     # `measures` multiplies times by the unit of time, here 1, and velocities by length over time
     mass, length, time, lever = np.array([[1.0], [units.velocity], [1.0], [1.0]])
     return measures(segment, Units(mass, length, time, lever), FINE)
@@ -106,7 +106,7 @@ def measures(
     signals = plotted(law)
     first, second = grid.read(signals)  # (k, s) each: at k samples of each of s steps
 
-    def span(read: Read, values: np.ndarray) -> np.ndarray:
+    def span(read: SignalFunction, values: np.ndarray) -> np.ndarray:
         """Range (n, 2) of a signal from its first turn on, NaN where it has none."""
         ends = grid.ranges(read, values, _first_turn(grid, values, touched))
         return np.where(np.isfinite(ends), ends, np.nan)

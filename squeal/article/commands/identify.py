@@ -17,7 +17,7 @@ from squeal.cli.options import numbers, whole
 from squeal.cli.streams import say
 from squeal.errors import InputError
 from squeal.io.writing import aligned_text as table
-from squeal.io.writing import picked
+from squeal.io.writing import copied_attributes
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
 MINUTES = numbers("a number of at least 0", lambda minutes: minutes >= 0.0, float)
@@ -49,9 +49,9 @@ def options(parser: Parser) -> None:
 
 def data(result: SearchResult, claims: list[JudgedClaim]) -> dict[str, Any]:
     """The best set as a JSON object; its numbers are dimensionless (w = m = k1 = 1)."""
-    answer = picked(result, "numbers distance starts sets")
+    answer = copied_attributes(result, "numbers distance starts sets")
     answer |= {"reproduced": sum(one.holds for one in claims)}
-    return answer | {"claims": [picked(one, "id verdict margin") for one in claims]}
+    return answer | {"claims": [copied_attributes(one, "id verdict margin") for one in claims]}
 
 
 def text(result: SearchResult, claims: list[JudgedClaim]) -> str:

@@ -19,7 +19,7 @@ from squeal.equilibrium import Equilibrium, find_all, sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import Column, Table, number, picked
+from squeal.io.writing import Column, Table, copied_attributes, number
 from squeal.io.writing import aligned_text as table
 from squeal.linear import Judgement, judge
 from squeal.queries.pads.equilibrium import at_equilibrium
@@ -88,10 +88,10 @@ def data(scene: Scene) -> dict[str, Any]:
         answer["equilibria"] = []
         for equilibrium, judgement in judged:
             row: dict[str, Any] = dict(zip(("x", "y", "theta"), equilibrium.q, strict=True))
-            row |= picked(equilibrium, "R_n delta")
+            row |= copied_attributes(equilibrium, "R_n delta")
             row["contact"] = scene.pad_model.state_name(equilibrium.state)
             row["verdict"] = judgement.verdict
-            row |= picked(equilibrium, "on_branch admissible")
+            row |= copied_attributes(equilibrium, "on_branch admissible")
             row["warnings"] = list(equilibrium.warnings)
             answer["equilibria"].append(row)
     return answer

@@ -9,7 +9,7 @@ from squeal.article.equations import balanced, stiffness
 from squeal.article.records import bound, rounded_up
 from squeal.model.contact import CONSISTENT, FULL, LEAD, NONE, Formulation, contact_law, models_with
 from squeal.model.equations import PadModel, linearise
-from squeal.model.pad import PARAMETERS, Pad, coefficients, gaps, pose
+from squeal.model.pad import PARAMETERS, Pad, coefficients, gaps, pose_of
 
 PADS = 1000  # random pads for E2
 PATH = 64  # points of the closed path of E4
@@ -89,7 +89,7 @@ def integrand_sign(pad: Pad) -> Measured:
     model = PadModel("B2", pad)
     q = _pressed(pad, 1e-3 * pad.w, 4e-4)
     gap_l, gap_t = model.gaps(q)  # y_l - y_cl and y_t - y_cl
-    Rn, _ = model.law.signals(model.c, pose(np, tuple(q)), FULL)
+    Rn, _ = model.law.signals(model.c, pose_of(np, tuple(q)), FULL)
     ratio = float(pad.k_c * (gap_l + gap_t) / 2.0 / Rn)
     return Measured(
         {"ratio": ratio},
@@ -118,7 +118,7 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
     step = 2 * math.pi / PATH * radius  # of the arc
     for angle, tilt in zip(angles, tilts, strict=True):
         q = np.array([0.0, level + radius * math.sin(angle), tilt - frictionless.theta0])
-        at = pose(np, tuple(q))
+        at = pose_of(np, tuple(q))
         load = model.law.loads(model.c, at, LEAD)
         # F_y dy + M dtheta along the circle
         work += load.y * step * math.cos(angle) - load.moment * step * math.sin(angle) / pad.w
@@ -146,7 +146,7 @@ def friction_arm(pad: Pad) -> Measured:
         """Friction's moment less h times friction, about a pose pressed in and tilted by 1e-3."""
         model = PadModel("B1", level)
         frictionless = PadModel("B1", level.replace(mu=0.0))
-        at = pose(np, (0.0, -scale * 1e-3 * pad.w, scale * 1e-3))
+        at = pose_of(np, (0.0, -scale * 1e-3 * pad.w, scale * 1e-3))
         loads = model.law.loads(model.c, at, FULL)
         normal_loads = frictionless.law.loads(frictionless.c, at, FULL)
         return abs(float(loads.moment - normal_loads.moment - pad.h * loads.x))
@@ -189,7 +189,7 @@ def contact_loss_point(pad: Pad) -> Measured:
         # height of the middle of the face over w tilt: at -1 and at 1 an edge begins to touch
         for height in random.uniform(-1.5, 1.5, count):
             y = -pad.y0 + height * pad.w * tilt
-            gap_l, gap_t = gaps(c, pose(math, (0.0, y, tilt - pad.theta0)))
+            gap_l, gap_t = gaps(c, pose_of(math, (0.0, y, tilt - pad.theta0)))
             by_penetration = (gap_l < 0.0, gap_t <= 0.0)
             is_near_a_change = abs(abs(height) - 1.0) <= 1e-3  # where rounding may decide either
             if _touching_by_equation(pad, y, tilt) != by_penetration and not is_near_a_change:
@@ -225,9 +225,9 @@ def slope(pad: Pad) -> Measured:
     """E15: delta of Eq. (17) with the slope (y_t - y_l)/(x_t - x_l) against the contact law."""
     law = contact_law("B2", CONSISTENT)
     c = coefficients(math, pad, True)
-    at = pose(math, tuple(_pressed(pad, 1e-3 * pad.w, 4e-4)))
-    x_l = at.aside(c.rlx, c.rly)
-    x_t = at.aside(c.rtx, c.rty)
+    at = pose_of(math, tuple(_pressed(pad, 1e-3 * pad.w, 4e-4)))
+    x_l = at.x_offset(c.rlx, c.rly)
+    x_t = at.x_offset(c.rtx, c.rty)
     gap_l, gap_t = gaps(c, at)
     half = (x_t - x_l) / 2.0
     middle = (x_t + x_l) / 2.0

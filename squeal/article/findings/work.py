@@ -10,7 +10,7 @@ import numpy as np
 
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
-from squeal.model.pad import Loads, at_speed, pose, spring_energy
+from squeal.model.pad import Loads, at_speed, pose_of, spring_energy
 from squeal.simulation.hybrid import Segment, integrate
 from squeal.simulation.observers import Grid
 from squeal.simulation.run import in_natural_units, make_integrator
@@ -82,14 +82,14 @@ class _Power:
     ) -> np.ndarray:
         """Loads (F_x, F_y, M), (3, ...), of the contact at (x, y, theta), whose rates are given."""
         c = at_speed(np, model.c, model.pad.fall, rates[0])
-        load: Loads = model.law.loads(c, pose(np, tuple(q)), on)
+        load: Loads = model.law.loads(c, pose_of(np, tuple(q)), on)
         return np.array(np.broadcast_arrays(*load, q[0])[:3])  # in the shape of q[0]
 
     def _energies(self, q: np.ndarray, rates: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Kinetic energy, energy of the springs, of the contact, and minus F_n y, whose change is
         the work of the brake force: (4, ...)."""
         model = self._model
-        at = pose(np, tuple(q))
+        at = pose_of(np, tuple(q))
         mass = np.array([model.pad.m, model.pad.m, model.pad.I]).reshape(3, *[1] * q[0].ndim)
         kinetic = (0.5 * mass * rates**2).sum(axis=0)
         contact = model.law.energy(model.c, at, on) + 0.0 * q[1]  # in the shape of q[1]

@@ -36,7 +36,7 @@ class BatchMachine(Machine):
         super().__init__(code)
         self.first_motion = 0
 
-    def change(self, point: int) -> Callable[..., bool]:
+    def contact_callback(self, point: int) -> Callable[..., bool]:
         """The callback that flips the contact of a point in a lane."""
 
         def in_a_lane(ta: Adaptive, _sign: int, lane: int) -> bool:

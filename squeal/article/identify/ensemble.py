@@ -14,7 +14,7 @@ from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.equations import PadModel, Units, natural_units
-from squeal.model.pad import Model, Pad, pose
+from squeal.model.pad import Model, Pad, pose_of
 from squeal.simulation.hybrid import (
     CLEAR,
     MISSED,
@@ -67,11 +67,11 @@ def _unsure(segment: Segment) -> np.ndarray:
     or in which several points may have changed in one instant.
     """
     # at the end of the motion a point has passed the surface, but its contact has not changed
-    has_wrong_gap = (segment.beyond > MISSED).any(axis=0)
+    has_wrong_gap = (segment.overshoot > MISSED).any(axis=0)
     unsure = (segment.limit == Limit.FAILED) | (has_wrong_gap & (segment.limit == Limit.NONE))
     changes = segment.changes
     c = segment.coefficients(changes.motion)
-    heights = np.array(segment.law.gaps(c, pose(np, c.place(changes.state))))
+    heights = np.array(segment.law.gaps(c, pose_of(np, c.xy_theta(changes.state))))
     # at each change, how far each point is from the surface, on the side of its contact state
     distance = np.where(segment.contact_after_changes > 0, -heights, heights)
     is_near = distance < CLEAR * (1.0 + c.w + c.h)  # (point, change): a share of the pad's size

@@ -39,8 +39,11 @@ from squeal.article.identify.space import (
     starts,
 )
 from squeal.equilibrium.branch import BranchEnd, follow
-from squeal.equilibrium.find import Equilibrium, record
-from squeal.equilibrium.find import rests as frictionless_equilibria
+from squeal.equilibrium.find import (
+    Equilibrium,
+    equilibrium_in_si,
+    frictionless_equilibria,
+)
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.writing import write_text
@@ -48,7 +51,7 @@ from squeal.linear.verdicts import verdict
 from squeal.model.contact import CONSISTENT, FULL, NONE, STATES, Formulation, State
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import gaps as edge_gaps
-from squeal.model.pad import pose
+from squeal.model.pad import pose_of
 from squeal.queries.pads.equilibrium import at_equilibrium
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.observers import Grid
@@ -204,7 +207,7 @@ def edge_shares(segment: Segment, units: Units) -> Arrays:
     every `Measure` takes, do not matter to shares.
     """
     grid = Grid(segment, FINE)
-    gaps = np.array(edge_gaps(grid.c, pose(np, grid.c.place(grid.states))))
+    gaps = np.array(edge_gaps(grid.c, pose_of(np, grid.c.xy_theta(grid.states))))
     touching = gaps <= 0.0  # (edge, sample, step)
     weights = grid.weights[:, None] * grid.steps.h  # the time that each sample stands for
     n = len(segment.t0)
@@ -256,7 +259,7 @@ def assessed_equilibria(stack: PadModel) -> list[AssessedEquilibrium | None]:
 def _assessed(model: PadModel, z: np.ndarray, state: State) -> AssessedEquilibrium | None:
     """The equilibrium of a pad at a point z (4,) of its branch; None beyond the model's limits."""
     try:
-        equilibrium = record(Statics.of(model.replace(mu=0.0)), z, state, on_branch=True)
+        equilibrium = equilibrium_in_si(Statics.of(model.replace(mu=0.0)), z, state, on_branch=True)
     except ComputationError:
         return None
     if equilibrium is None or not equilibrium.admissible:

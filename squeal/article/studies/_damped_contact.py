@@ -38,7 +38,7 @@ from squeal.model.pad import (
     coefficients,
     edges,
     gaps,
-    pose,
+    pose_of,
     springs,
 )
 from squeal.numerics.differentiation import complex_step
@@ -64,7 +64,7 @@ _COUNT = _V + 1
 
 def gap_rates(c: Coefficients, at: Pose, v: Number, turning: Number) -> Point:
     """Rates of the gaps of the leading and the trailing lower edge; `turning` is theta'."""
-    return v + turning * at.aside(c.rlx, c.rly), v + turning * at.aside(c.rtx, c.rty)
+    return v + turning * at.x_offset(c.rlx, c.rly), v + turning * at.x_offset(c.rtx, c.rty)
 
 
 def touching_part(gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
@@ -188,7 +188,7 @@ def motion(
     on : factors 1 and 0 of the edges that touch
     """
     x, y, s, u, v, r = state
-    at = pose(ops, (x, y, s / c.w))
+    at = pose_of(ops, (x, y, s / c.w))
     g = gaps(c, at)
     rates = gap_rates(c, at, v, r / c.w)
     forces = edge_forces(law, c, g, rates, on, a)
@@ -284,14 +284,14 @@ class DampedContact:
     def at(self, state: Any, on: Touching | None = None) -> Motion:
         """The equations at a state (6, ...), in the contact state there if none is given."""
         if on is None:
-            g = gaps(self.c, pose(np, (state[0], state[1], state[2] / self.c.w)))
+            g = gaps(self.c, pose_of(np, (state[0], state[1], state[2] / self.c.w)))
             on = (1.0 * (np.real(g[0]) < 0.0), 1.0 * (np.real(g[1]) < 0.0))
         return motion(np, self.law, self.c, self._decay.tolist(), self.size, self.zeta, state, on)
 
     def gap_rates(self, state: np.ndarray) -> Point:
         """Rates of the gaps of both edges at a state (6, ...)."""
         c = self.c
-        at = pose(np, (state[0], state[1], state[2] / c.w))
+        at = pose_of(np, (state[0], state[1], state[2] / c.w))
         return gap_rates(c, at, state[4], state[5] / c.w)
 
     def rates(self, state: Any) -> np.ndarray:

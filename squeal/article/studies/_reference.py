@@ -7,7 +7,7 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.simulation.hybrid import Integrator, whole
+from squeal.simulation.hybrid import Integrator, whole_motion
 from squeal.simulation.run import heyoka, in_natural_units
 from squeal.simulation.scipy_solver import LONGEST_STEP, SciPyIntegrator
 
@@ -41,7 +41,7 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
     else:
         integrator = heyoka().TaylorIntegrator(model, tolerance, number)
         start = np.array([number(float(value)) for value in first])
-    segment = whole(model, integrator, units, start, stop)
+    segment = whole_motion(model, integrator, units, start, stop)
     return Reference(
         state=np.array(segment.end[:, 0], dtype=float),
         times=np.array(segment.changes.t, dtype=float),

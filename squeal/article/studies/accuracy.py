@@ -33,7 +33,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel
-from squeal.simulation.hybrid import first_contact, state_of, whole
+from squeal.simulation.hybrid import first_contact, state_of, whole_motion
 from squeal.simulation.run import in_natural_units
 
 STEMS = ("b2-d", "b1-c", "b2-c")
@@ -118,7 +118,7 @@ def ours(scene: Scene, tolerance: float) -> Run:
 
     units, model, start, stop = in_natural_units(scene)
     integrator = TaylorIntegrator(model, tolerance)
-    segment = whole(model, integrator, units, start, stop)
+    segment = whole_motion(model, integrator, units, start, stop)
     steps = int(segment.step_count[0])
     return Run(segment.end[:3, 0], segment.changes.t, steps, steps * order(tolerance))
 

@@ -25,7 +25,7 @@ from squeal.linear.paths import mode_numbers
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, linearise, net_loads
-from squeal.model.pad import PARAMETERS, at_speed, coefficients, pose
+from squeal.model.pad import PARAMETERS, at_speed, coefficients, pose_of
 from squeal.numerics import differentiation as dual
 from squeal.numerics.differentiation import Dual, complex_step
 from squeal.queries.pads.stack import parameters
@@ -97,7 +97,7 @@ def parameter_slopes(model: PadModel, q: Array, state: State, name: str) -> Para
         except np.linalg.LinAlgError:
             dq = np.full(3, np.inf)
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
-    gaps = model.law.gaps(c, pose(dual, _moving(q, dq)))
+    gaps = model.law.gaps(c, pose_of(dual, _moving(q, dq)))
     dC = np.zeros((3, 3))
     # where friction falls with the sliding speed the loads depend on x_dot, and C = -d loads / d
     # (x_dot, y_dot, theta_dot) has a first column. The damping that the scene names is added to it

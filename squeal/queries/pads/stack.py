@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from squeal.equilibrium.branch import BranchEnd, Branches, NodeKind, follow
 from squeal.equilibrium.damping import UNSTABLE, normalised_damping
-from squeal.equilibrium.find import rests
+from squeal.equilibrium.find import frictionless_equilibria
 from squeal.equilibrium.statics import Equilibria, Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
@@ -251,7 +251,7 @@ class PadStack:
     @cached_property
     def without_friction(self) -> Equilibria:
         """The equilibria of the n pads without friction."""
-        return rests(self.statics, self.n)
+        return frictionless_equilibria(self.statics, self.n)
 
     def branches(self, mu_max: Array) -> Branches:
         """Follow the branches of equilibria from mu = 0 to mu_max (n,)."""
@@ -347,7 +347,7 @@ class PadStack:
         if statics.model.pad.mu_s is None:
             return normalised(statics.model.pad, K), None
         model = statics.model.replace(mu=at.z[3])  # the fourth row of z is mu
-        q = statics.place(at.z)
+        q = statics.q(at.z)
         C = -complex_step(partial(model.loads, q, contact), np.zeros(q.shape))
         return normalised(model.pad, K), normalised(model.pad, C)
 

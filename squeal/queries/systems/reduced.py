@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import InputError, InputWarning
-from squeal.io.writing import JsonObject, picked
+from squeal.io.writing import JsonObject, copied_attributes
 from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.roots import ordered
@@ -223,7 +223,7 @@ def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> Jso
     """A reduced system as JSON holds it; None where the system itself was solved."""
     if reduction is None:
         return None
-    entry = picked(reduction, "method size converged spurious")
+    entry = copied_attributes(reduction, "method size converged spurious")
     entry |= {
         "rows": reduction.scaled.n,
         "samples": [dict(changes) for changes in reduction.samples],

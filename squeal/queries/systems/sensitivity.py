@@ -77,7 +77,7 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
         for part, source in changes.items():
             if part not in parts:
                 raise (at / part).refuse("is not allowed; it must be one of M, C, K")
-            with (at / part).named():  # a refusal inside begins with this key
+            with (at / part).prefixing_errors():  # a refusal inside begins with this key
                 array = source
                 precision = None  # number of digits, and errors that these do not give
                 if isinstance(source, str | Path):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.io.processes import counted, mapped
+from squeal.io.processes import mapped, with_progress
 from squeal.io.system import SystemFile
 from squeal.linear.continuation import SMALL_ROWS, SpectrumAtParameter
 from squeal.linear.eigen import arrays_of, values_of
@@ -106,7 +106,9 @@ def track_modes(
     rising = sorted(computed)
     shared = _SharedInput(file, selection, reduction, is_judged)
     tasks = mapped(_step_and_roots, rising, workers, shared)
-    computed_roots = dict(zip(rising, counted(tasks, len(rising), PROGRESS.get()), strict=True))
+    computed_roots = dict(
+        zip(rising, with_progress(tasks, len(rising), PROGRESS.get()), strict=True)
+    )
     # vectors are those of the system itself, or of the reduced one
     system_of_vectors = system if reduction is None else reduction.system
 

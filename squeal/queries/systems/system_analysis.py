@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.errors import ComputationError, InputError, meant
+from squeal.errors import ComputationError, InputError, suggestion
 from squeal.io.system import SystemFile
 from squeal.io.writing import JsonObject
 from squeal.linear.damping import frictionless
@@ -122,7 +122,7 @@ class SystemAnalysis:
         parameter = self.system.parameter
         if self.file.assembly is not None:
             for contact in self.file.assembly.contacts:
-                with Place(f"contact {contact.name}").named():
+                with Place(f"contact {contact.name}").prefixing_errors():
                     contact.require_direction(self.system.parameters, [parameter])
         if not self.depends_on_parameter:
             at = Place(self.system.name or "system")
@@ -250,7 +250,7 @@ def refuse_without_effect(file: SystemFile, names: Iterable[str], at: Place) -> 
                 reason = "each root has its own"
             elif file.assembly is not None:
                 reason += ", and contact stays as it is seated"
-            raise at.refuse(f"{name} is not allowed, {reason}; {meant(name, allowed)}")
+            raise at.refuse(f"{name} is not allowed, {reason}; {suggestion(name, allowed)}")
 
 
 def file_of(subject: object) -> SystemFile:

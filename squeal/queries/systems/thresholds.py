@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.processes import counted, mapped
+from squeal.io.processes import mapped, with_progress
 from squeal.io.system import SystemFile
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.bends import undersampled_factor
@@ -498,7 +498,7 @@ def _disagreeing_counts(
     """A sentence for each value at which the full system does not have as many growing roots as the
     reduced one."""
     tasks = [(value, continuation.at(value).growing_roots) for value in values]
-    agreements = counted(
+    agreements = with_progress(
         mapped(_count_agrees, tasks, workers, reduction), len(tasks), PROGRESS.get(), "counts"
     )
     doubts = []
