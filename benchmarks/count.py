@@ -49,7 +49,7 @@ NAMES = {
     "rounding of roots": ("axis_noise", "noise_of", "noise_at", "standard_noise", "slow_noise"),
     "first-order form": ("first_order", "state_matrices", "companion", "linearised"),
     "follows a branch": ("follow", "branch_ends", "continued"),
-    "Newton's method": ("newton", "newton_batch", "settle", "solved"),
+    "Newton's method": ("newton", "newton_batch", "solve_balance", "solved"),
     "bisection": ("bisect", "bisected", "bisection", "halved"),
 }
 

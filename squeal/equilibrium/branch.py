@@ -376,7 +376,7 @@ class _Front(NamedTuple):
 
         return turned_back
 
-    def located(
+    def located_event(
         self,
         new: np.ndarray,
         curve: np.ndarray,
@@ -535,8 +535,8 @@ class _Front(NamedTuple):
             first = np.argmax(take_columns(any_passed, i), axis=0)
             low = shares[first]
             high = shares[first + 1]
-            some = self if i.size == good.size else self.pick(i)
-            located, event[i] = some.located(
+            with_event = self if i.size == good.size else self.pick(i)
+            located, event[i] = with_event.located_event(
                 take_columns(z, i), take_columns(curve, i), low, high, fold
             )
             z[:, i] = located.z

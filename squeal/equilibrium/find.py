@@ -137,15 +137,15 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     # in one row: all seeds in the first state, each seed of all pads, then those in the next state
     touching = np.repeat(states, per_state * n, axis=1)
     starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
-    of_each_try = statics.pick(np.tile(np.arange(n), tries))
-    z, _, balanced = of_each_try.solve_balance(starts, touching, 60)
+    statics_of_tries = statics.pick(np.tile(np.arange(n), tries))
+    z, _, balanced = statics_of_tries.solve_balance(starts, touching, 60)
     with np.errstate(all="ignore"):  # where there is none
-        is_equilibrium = balanced & of_each_try.is_consistent(z, touching)
-        presses = is_equilibrium & of_each_try.presses(z)
-        energy = of_each_try.model.energy(of_each_try.q(z), np.zeros(3), touching)
+        is_equilibrium = balanced & statics_of_tries.is_consistent(z, touching)
+        presses = is_equilibrium & statics_of_tries.presses(z)
+        energy = statics_of_tries.model.energy(statics_of_tries.q(z), np.zeros(3), touching)
         energy = np.where(is_equilibrium, energy, np.inf)
     return _Search(
-        statics=of_each_try,
+        statics=statics_of_tries,
         z=z.reshape(4, tries, n),
         touching=touching.reshape(-1, tries, n),
         presses=presses.reshape(tries, n),

@@ -1,4 +1,4 @@
-"""Free motions: roots that are zero within what the data allow.
+"""Free motions, those of rigid bodies and mechanisms: roots that are zero within the data.
 
 Where K x = 0 for k vectors x, and y' C x has the rank r for the left null vectors y, zero is a
 root 2k - r times (a regular y' M x taken for granted). The entries of y' K x move by at most

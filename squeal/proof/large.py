@@ -62,7 +62,8 @@ class BandProof:
 
 
 class _Inertia(NamedTuple):
-    """Number of negative pivots, and a bound of |A - L D L'| as a share of the weights."""
+    """The inertia of a symmetric matrix A, in the sense of Sylvester: the number of its negative
+    pivots, hence eigenvalues, and a bound of |A - L D L'| as a share of the weights."""
 
     negative: int
     error: float

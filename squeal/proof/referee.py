@@ -79,8 +79,11 @@ class Count(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """Pieces of each component, or why there are none; `data` is what they hold for, `real` says
-    that the system is."""
+    """What is known of the roots of a system, by its strong components.
+
+    parts: the pieces of each component, or why it has none; data: what is assumed of the entries
+    for which the pieces hold; real: whether the system is real.
+    """
 
     parts: list[list[Piece] | Failure]
     data: str
@@ -105,8 +108,8 @@ class Finding:
 
     @property
     def deciding(self) -> list[Piece]:
-        """The pieces that decide the verdict: of a complex system, whose roots below the real axis
-        mean nothing, those that may reach above it."""
+        """The pieces that decide the verdict: all of a real system. Of a complex one, whose roots
+        below the real axis have no meaning, those that may reach above it."""
         if self.real:
             return self.pieces
         return [p for p in self.pieces if np.max(p.centres.imag + p.radii) >= 0.0]
@@ -120,13 +123,14 @@ class Finding:
 
 
 def enclosed(system: Quadratic) -> Finding:
-    """Enclosures of the roots of each strong component."""
+    """Enclose the roots of each strong component in discs, for all matrices in the balls."""
     parts = [enclose(system.block(rows)) for rows in components(system.parts)]
     return Finding(parts, system.data, system.is_real)
 
 
 def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
-    """The finding with motions marked that are free within the data."""
+    """The finding with pieces marked `free` whose roots are zero within the data: rigid-body
+    motions (see `squeal.proof.free`)."""
     if not system.is_real:
         return finding
     parts = list(finding.parts)

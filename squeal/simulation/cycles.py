@@ -410,10 +410,10 @@ class Shooting:
             a = in_order[passed]
             b = in_order[passed + 1]
             if (a.value - first.value) * (b.value - first.value) < 0.0:
-                # interpolate between cycles whose values enclose the first one's: without a fold
-                # the value is monotone over the step, and its well-separated ends do
-                ends = (a, b) if has_fold else (before, after)
-                at_first_value = self._between(*ends, first.value)
+                # interpolate between cycles whose values enclose that of the first one: without a
+                # fold the value is monotone over the step, so that its well-separated ends do
+                enclosing = (a, b) if has_fold else (before, after)
+                at_first_value = self._between(*enclosing, first.value)  # one cycle, or none
                 for cycle in at_first_value:
                     if abs(cycle.period / first.period - 1.0) < RETURNED:
                         return turns[:passed] + at_first_value
@@ -519,11 +519,11 @@ TEST_FUNCTIONS: dict[str, TestFunction] = {
 
 
 def _first_return(segment: Segment) -> tuple[np.ndarray, float] | None:
-    """The state (6,) at the first separation of a segment, and the time until the motion separates
-    in the same state again.
+    """The state (6,) at the first separation of a segment of one motion, and the time until the
+    motion separates in the same state again.
 
-    Compared are the next `PASSAGES` separations of the same point into the same contact state; None
-    where the motion returns in none of them.
+    The first separation is compared with the next `PASSAGES` separations of the same point into the
+    same contact state; None where the motion returns at none of them.
     """
     _, point, t, state = segment.changes
     contact = segment.contact_after_changes
