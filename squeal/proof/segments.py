@@ -219,16 +219,18 @@ def _with_moving_vectors(
     mirror: NDArray[np.intp] | None,
     half: float,
 ) -> tuple[NDArray, Floats] | Failure:
-    """L and N (n, n) after the similarity 1 + d Z of the matrices S0 + d S1, known but for Q.
+    """L and N (n, n) of `NearDiagonal`, with vectors that move with the parameter, |d| <= half.
 
-    With [S, Z] = S Z - Z S and V = (1 + d Z)^-1 - 1 it is
+    The matrices are S0 + d S1 plus an unknown rest of entries up to Q (n, n). They are transformed
+    by the similarity 1 + d Z. With [S, Z] = S Z - Z S, V = (1 + d Z)^-1 - 1 and Q for the rest
 
-        S0 + d (S1 + [S0, Z]) + d^2 [S1, Z] + V (d [S0, Z] + d^2 [S1, Z]) + (1 + V) Q (1 + d Z).
+        (1 + V) (S0 + d S1 + Q) (1 + d Z) = S0 + d (S1 + [S0, Z]) + d^2 [S1, Z]
+            + V (d [S0, Z] + d^2 [S1, Z]) + (1 + V) Q (1 + d Z).
 
     Z makes S1 + [S0, Z] zero between columns (`docs/proof.md`, Ranges, 2), but for those that
-    `stay_together` or are too near to each other: they keep their coupling in L. V = -d Z - d Z V,
-    since (1 + d Z) (1 + V) = 1, so that d V [S0, Z] is -d^2 Z [S0, Z], a term of second order, and
-    one of third.
+    `stay_together` or are too near to each other: they keep their coupling in L. N bounds all else.
+    V = -d Z - d Z V, since (1 + d Z) (1 + V) = 1, so that d V [S0, Z] is -d^2 Z [S0, Z], a term of
+    second order, and one of third.
     """
     centres = S0.mid.diagonal()
     gaps = centres[:, None] - centres
@@ -241,9 +243,9 @@ def _with_moving_vectors(
         right_side = S1.mid + chain_couplings @ Z - Z @ chain_couplings
         Z = np.where(stay_together, 0.0, -right_side / np.where(stay_together, 1.0, gaps))
     Z_ball = Balls.exact(_structured(Z, mirror))
-    dZ = half * magnitude(Z_ball.mid)  # |d Z| <= dZ, and |V| <= V from here on
-    V = inverse_excess(upper(dZ, 1))
-    if V is None:
+    dZ_bound = half * magnitude(Z_ball.mid)
+    V_bound = inverse_excess(upper(dZ_bound, 1))
+    if V_bound is None:
         return Failure(ILL_CONDITIONED)
     S0_Z = (S0 @ Z_ball).minus(Z_ball @ S0)
     S1_Z = (S1 @ Z_ball).minus(Z_ball @ S1)
@@ -251,10 +253,10 @@ def _with_moving_vectors(
     L = _structured(np.where(stay_together, slope.mid, 0.0), mirror)
     first_order = half * slope.minus(Balls.exact(L)).bound()
     second_order = half**2 * S1_Z.minus(Z_ball @ S0_Z).bound()
-    third_order = dZ @ (V @ (half * S0_Z.bound())) + V @ (half**2 * S1_Z.bound())
+    third_order = dZ_bound @ (V_bound @ (half * S0_Z.bound())) + V_bound @ (half**2 * S1_Z.bound())
     # (1 + V) Q (1 + d Z) is Q but for (1 + V) (Q d Z - d Z Q)
-    moved_Q = Q @ dZ + dZ @ Q
-    N = Q + first_order + second_order + third_order + moved_Q + V @ moved_Q
+    moved_Q = Q @ dZ_bound + dZ_bound @ Q
+    N = Q + first_order + second_order + third_order + moved_Q + V_bound @ moved_Q
     return L, upper(N, 8 * len(Q) + 16)
 
 
