@@ -112,7 +112,7 @@ def alone(tolerance: float, scenes: Sequence[Scene], repeats: int) -> Outcome:
         run = ours(scenes[0], tolerance)
         spent.append(time.process_time() - begun)
     changes = np.array([len(run.times)])
-    return Outcome(statistics.median(spent), run.steps, run.place[None], changes)
+    return Outcome(statistics.median(spent), run.steps, run.position[None], changes)
 
 
 def batch(tolerance: float, scenes: Sequence[Scene], repeats: int) -> Outcome:
@@ -138,7 +138,7 @@ def fitting(
     for path in paths:
         once = path(scenes, 1)
         right = all(once.changes[i] == len(one.times) for i, one in exact.items())
-        errors = [error_against(once.places[i], one.place) for i, one in exact.items()]
+        errors = [error_against(once.places[i], one.position) for i, one in exact.items()]
         if right and statistics.median(errors) <= ERROR:
             found.append(path)
     return found

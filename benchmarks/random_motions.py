@@ -77,7 +77,7 @@ def judged(seed: int) -> Motion:
     motion.changes = int(parted[0]) if parted.size else n
     motion.late = float(apart[: motion.changes].max(initial=0.0))
     if not parted.size and len(run.times) == len(exact.times):
-        motion.error = error_against(run.place, exact.place)
+        motion.error = error_against(run.position, exact.position)
     elif motion.late < AGREE:
         motion.wrong = (
             f"{len(run.times)} changes of {len(exact.times)}, "

@@ -23,11 +23,13 @@ _hints = cache(typing.get_type_hints)
 def to_dict(value: Any) -> Any:
     """A record as JSON writes it: dataclasses become mappings by field, tuples lists."""
     if dataclasses.is_dataclass(value):
-        own = getattr(value, "to_dict", None)
-        return own() if own else _fields(value)
+        method = getattr(value, "to_dict", None)
+        return method() if method else _fields(value)
     if isinstance(value, Mapping):
         return {key: to_dict(entry) for key, entry in value.items()}
-    return [to_dict(entry) for entry in value] if isinstance(value, (tuple, list)) else value
+    if isinstance(value, (tuple, list)):
+        return [to_dict(entry) for entry in value]
+    return value
 
 
 def _fields(record: Any) -> dict[str, Any]:
@@ -68,7 +70,7 @@ def call(function: Callable[..., T], words: Sequence[str]) -> T:
             f"{len(words)} arguments are not allowed; it is made from {wanted}"
         ) from None
     kinds = [parameter.annotation for parameter in signature.parameters.values()]
-    kinds += kinds[-1:] * (len(words) - len(kinds))
+    kinds += kinds[-1:] * (len(words) - len(kinds))  # of each further word that of the last one
     arguments = []
     for kind, word in zip(kinds, words, strict=False):  # those with a default may be left out
         reads_file = hasattr(kind, "read")
@@ -144,7 +146,8 @@ class Record:
 
     @classmethod
     def of(cls, *sources: Any, **more: Any) -> Self:
-        """A record of `more` and, of every other field, the first object's attribute so named."""
+        """A record with the fields in `more`; every other field is the attribute of that name of
+        the first of the objects that has one."""
         for name in {f.name for f in dataclasses.fields(cls)} - more.keys():  # type: ignore[arg-type]
             source = next((s for s in sources if hasattr(s, name)), None)
             if source is not None:
@@ -164,7 +167,7 @@ class Missing(Record):
 
 def first_reason(entries: Iterable[Any]) -> str:
     """Why the first missing one of some entries is missing, empty where none is."""
-    return next((one.reason for one in entries if isinstance(one, Missing)), "")
+    return next((entry.reason for entry in entries if isinstance(entry, Missing)), "")
 
 
 class Moved(Record):
@@ -187,7 +190,7 @@ class Result(Record, kw_only=True):
 
     def ends(self, key: str) -> tuple[float, float] | None:
         """Least and greatest value of a number that moved, None for any other."""
-        return next(((one.low, one.high) for one in self.spread if one.key == key), None)
+        return next(((moved.low, moved.high) for moved in self.spread if moved.key == key), None)
 
     @property
     def wrong(self) -> str:

@@ -152,9 +152,12 @@ def case_of(
         low, high = arrays[name][pad].tolist()
         return Range(low, high)
 
+    def value(name: str) -> float:
+        return float(arrays[name][pad])
+
     shares = zip(STATES, arrays["shares"][pad].tolist(), strict=True)
     return Case(
-        duration=float(arrays["duration"][pad]),
+        duration=value("duration"),
         separated=tuple(arrays["separated"][pad].tolist()),
         losses=arrays["losses"][pad],
         shares={state: share for state, share in shares if share > 0.0},
@@ -162,14 +165,14 @@ def case_of(
         second=span("second"),
         together=span("together"),
         tilt=span("tilt"),
-        down=float(arrays["down"][pad]),
-        mean=float(arrays["mean"][pad]),
+        down=value("down"),
+        mean=value("mean"),
         blows=tuple(arrays["blows"][pad].tolist()),
         heaviest=tuple(arrays["heaviest"][pad].tolist()),
         vanishes=tuple(arrays["vanishes"][pad].tolist()),
-        calm=float(arrays["calm"][pad]),
-        slip=math.nan if V is None else float(arrays["fastest"][pad]) / V,
-        face=math.nan if V is None else float(arrays["face"][pad]) / V,
+        calm=value("calm"),
+        slip=math.nan if V is None else value("fastest") / V,
+        face=math.nan if V is None else value("face") / V,
         raised=raised,
     )
 

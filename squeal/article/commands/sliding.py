@@ -137,8 +137,9 @@ def text(answer: dict[str, Any]) -> str:
         rows = [(*heads, "admissible")]
         for e in answer["equilibria"]:
             x, *numbers = [number(e[key]) for key in ("x", "y", "theta", "R_n", "delta")]
-            admissible = yes_or_no[e["admissible"]]
-            rows.append((f"  {x}", *numbers, e["contact"], e["verdict"], admissible))
+            rows.append(
+                (f"  {x}", *numbers, e["contact"], e["verdict"], yes_or_no[e["admissible"]])
+            )
         listed = "sliding equilibria, least potential energy first\n" + table(rows)
         if not answer["equilibria"]:
             listed = "no sliding equilibrium was found: no steady sliding exists near the pad"

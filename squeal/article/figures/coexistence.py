@@ -138,8 +138,8 @@ def draw(record: Coexistence) -> Drawing:
             top.set_title(f"({'abc'[column]}) {words}", loc="left", pad=3.0)
             top.set_xlabel("contact damping $a$, s/m")
             _regions(bottom, motion, "mu", np.linspace(*record.mu_range, FINE), low, high)
-            reference_mu = motion.sliding[0].mu  # of all points of that boundary
-            bottom.axvline(reference_mu, color="k", lw=0.6, ls=":")
+            # all points of `sliding` have the reference friction
+            bottom.axvline(motion.sliding[0].mu, color="k", lw=0.6, ls=":")
             bottom.set_xlim(*record.mu_range)
             bottom.set_title(f"({'def'[column]}) {words}", loc="left", pad=3.0)
             bottom.set_xlabel(r"friction $\mu$")

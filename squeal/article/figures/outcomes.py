@@ -60,13 +60,12 @@ def _tiles(axes: Axes, shown: dict[str, tuple[After, ...]], ratios: tuple[float,
 
 
 def _shares(axes: Axes, basin: Basin) -> None:
+    """Draw the share that lasts, in per cent, with its interval over the half-width of the box."""
     for name, rows in basin.shares.items():
         widths = [row.half_width for row in rows]
-        shares = np.array([100.0 * row.share for row in rows])
-        below = shares - [100.0 * row.low for row in rows]
-        above = [100.0 * row.high for row in rows] - shares
+        low, share, high = 100.0 * np.array([(row.low, row.share, row.high) for row in rows]).T
         look: Any = {"ms": 4.0, "capsize": 2.0, "lw": 0.9, "label": NAMES[name], "clip_on": False}
-        axes.errorbar(widths, shares, yerr=[below, above], **look, **LOOKS[NAMES[name]])
+        axes.errorbar(widths, share, yerr=[share - low, high - share], **look, **LOOKS[NAMES[name]])
     axes.set_xlim(0.0, 3.2)
     axes.set_ylim(0.0, 100.0)
     axes.set_xlabel("half-width [static compressions]")

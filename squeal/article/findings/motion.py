@@ -103,7 +103,7 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
                 continue
             unchanged = _positions(study.runs[name])
             size = np.ptp(unchanged, axis=1).max()
-            change = np.abs(changed[:, -1] - unchanged[:, -1]).max()
+            change = np.abs((changed - unchanged)[:, -1]).max()
             final_change = max(final_change, float(change / size))
         before = study.reproduced({})
         numbers = {"apart": final_change, "before": float(before), "ended": float(len(ended))}

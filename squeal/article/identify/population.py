@@ -171,7 +171,7 @@ class Motions(NamedTuple):
 
     def case(self, repeat: int, case: int, index: int) -> Case | None:
         """The measures of a motion; None where it did not go to its end."""
-        row = int(self.row[repeat, case, index])
+        row = self.row[repeat, case, index]
         return case_of(self.arrays, row, 1.0) if self.done(repeat, case, index) else None
 
 

@@ -230,14 +230,13 @@ def search(
             tell("stopped; the best set so far follows")
             break
         table, valid = margins(arrays(numbers), formulation)
-        reached = distance(table, valid, arrays(numbers)).item()
-        if reached < best.distance:
-            best = replace(best, numbers=numbers, distance=reached)
+        far = distance(table, valid, arrays(numbers)).item()  # of this start from the statements
+        if far < best.distance:
+            best = replace(best, numbers=numbers, distance=far)
         best = replace(best, starts=best.starts + 1, sets=best.sets + start.sets)
         if state is not None:
             write_text(state, to_json(best.to_dict()))
-        text = f"distance {reached:.3f}, best {best.distance:.3f}, {best.sets} sets"
-        tell(f"start {best.starts}: {text}")
+        tell(f"start {best.starts}: distance {far:.3f}, best {best.distance:.3f}, {best.sets} sets")
     return best
 
 

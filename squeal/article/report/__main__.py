@@ -28,7 +28,7 @@ TEXTS = ("report.tex", "supplement.tex")
 
 
 def records(files: Mapping[str, Path]) -> Iterator[tuple[Any, Any]]:
-    """The modules of the studies that say something, and their results."""
+    """The modules of the studies whose `sentences` the paper states, and their results."""
     for name, file in files.items():
         path = Path(__file__).parent.parent / "studies" / f"{name}.py"
         if path.exists():
@@ -45,9 +45,9 @@ def checked(files: Mapping[str, Path]) -> dict[str, bool]:
     """
     checks: dict[str, bool] = {}
     for module, record in records(files):
-        for one in at_ends(record):
-            for name, holds in module.sentences(one).items():
-                checks[name] = holds and checks.get(name, True)
+        for variant in at_ends(record):
+            for name, holds in module.sentences(variant).items():
+                checks[name] = holds and checks.get(name, True)  # a sentence must hold in all
     wrong = [name for name, holds in checks.items() if not holds]
     if wrong:
         raise ComputationError(
@@ -74,7 +74,7 @@ def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, st
     this machine checks none.
     """
     sentences = checked(files)
-    legends = captions()
+    legends = captions()  # by the name of the figure or table
     source = where(Path())
     results = values.read(files.values()) | {"where": source}
     complete = not any(values.left_out(result) for result in results.values())

@@ -95,17 +95,17 @@ PERCENT = r"\,\%"
 def with_spread(
     value: float, ends: tuple[float, float] | None, show: Callable[[float], str]
 ) -> str:
-    """A number, behind it in brackets the ends of its spread where these are shown otherwise."""
-    own = show(value)
+    """A number, behind it in brackets the ends (least, greatest) of its spread where these are
+    shown otherwise."""
+    text = show(value)
     if ends is None:
-        return own
-    low = show(ends[0])
-    high = show(ends[1])
-    if low == high == own:
-        return own
-    unit = PERCENT if own.endswith(PERCENT) else ""
+        return text
+    low, high = map(show, ends)
+    if low == high == text:
+        return text
+    unit = PERCENT if text.endswith(PERCENT) else ""
     spread = f"{low.removesuffix(unit)}--{high.removesuffix(unit)}"
-    return f"{own.removesuffix(unit)} ({spread}){unit}"
+    return f"{text.removesuffix(unit)} ({spread}){unit}"
 
 
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
@@ -125,8 +125,8 @@ def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """
     line = "\\toprule\n" + " & ".join(head) + " \\\\\n\\midrule\n"
     ends = [r" \\"] * len(rows)
-    for place in (0, 1, -2):
-        if -len(rows) <= place < len(rows):
-            ends[place] = r" \\*"
+    for row_kept_with_next in (0, 1, -2):
+        if -len(rows) <= row_kept_with_next < len(rows):
+            ends[row_kept_with_next] = r" \\*"
     body = "\n".join(" & ".join(row) + end for row, end in zip(rows, ends, strict=True))
     return f"{line}\\endfirsthead\n{line}\\endhead\n\\bottomrule\n\\endfoot\n{body}\n"

@@ -20,26 +20,26 @@ _COMMENT = re.compile(r"(?<!\\)%.*")
 
 def placed(text: str) -> dict[str, list[str]]:
     """Names of the figures and of the tables of a text in the order in which they stand."""
-    found: dict[str, list[str]] = {"figure": [], "table": []}
+    names: dict[str, list[str]] = {"figure": [], "table": []}
     for macro, kind, name in _PLACED.findall(_COMMENT.sub("", text)):
-        own_kind = kind or ("table" if macro == "tabled" else "figure")
-        found[own_kind].append(name)
-    return found
+        kind_of_macro = "table" if macro == "tabled" else "figure"
+        names[kind or kind_of_macro].append(name)
+    return names
 
 
-def own(names: Iterable[str]) -> list[str]:
-    """The names that are not the article's."""
+def not_of_article(names: Iterable[str]) -> list[str]:
+    """The names of figures and tables that the article does not have, such as coexistence."""
     return [name for name in names if not _ARTICLE.fullmatch(name)]
 
 
 def check_order(text: str, file: str) -> None:
-    """Refuse a text that cites own figures or tables in another order than they stand in.
+    """Refuse a text that cites figures or tables, but the article's, in another order than theirs.
 
     Raises InputError naming the file and the two orders, or what is not cited.
     """
     cited = list(dict.fromkeys(_CITED.findall(_COMMENT.sub("", text))))
     for kind, names in placed(text).items():
-        standing = own(names)
+        standing = not_of_article(names)
         order = [name for name in cited if name in standing]
         missing = [name for name in standing if name not in order]
         if missing:
@@ -56,16 +56,16 @@ def numbers(texts: Mapping[str, str]) -> dict[str, str]:
 
     Raises InputError where a text names one by \\numberof that stands nowhere.
     """
-    found: dict[str, str] = {}
+    number_of: dict[str, str] = {}
     for file, text in texts.items():
         for names in placed(text).values():
             for name in names:
                 if (article := _ARTICLE.fullmatch(name)) is not None:
-                    found[name] = article[1]
-            for count, name in enumerate(own(names), start=1):
-                found[name] = f"{PREFIXES[file]}{count}"
+                    number_of[name] = article[1]  # fig04 keeps the 4
+            for count, name in enumerate(not_of_article(names), start=1):
+                number_of[name] = f"{PREFIXES[file]}{count}"
     for file, text in texts.items():
         for name in _NUMBERED.findall(_COMMENT.sub("", text)):
-            if name not in found:
+            if name not in number_of:
                 raise InputError(f"{file}: \\numberof{{{name}}}: no such figure or table is placed")
-    return found
+    return number_of

@@ -13,21 +13,21 @@ _SYMBOLS = {
 # fmt: on
 
 
-_PLACES = {
+_MACROS = {
     r"\\aeqsto\{([^}]*)\}\{([^}]*)\}": r"Eqs. (\1) to (\2)",
     r"\\aeqs\{([^}]*)\}\{([^}]*)\}": r"Eqs. (\1) and (\2)",
     r"\\aeq\{([^}]*)\}": r"Eq. (\1)",
     r"\\(?:says|label)\{[^}]*\}": "",
     r"\\val\{[^}]*\}": "...",
 }
-"""Macros of the preamble that are more than a mark."""
+"""Macros of the preamble that are more than a mark, and the text that stands for them."""
 
 
 def plain(tex: str) -> str:
     r"""TeX as text without marks; \val as dots."""
     text = tex
-    for macro, words in _PLACES.items():
-        text = re.sub(macro, words, text)
+    for macro, replacement in _MACROS.items():
+        text = re.sub(macro, replacement, text)
     text = re.sub(r"~?\\cite\w*\{[^}]*\}", "", text)
     text = re.sub(r"\$([^$]*)\$", lambda m: _formula(m[1]), text)
     text = text.replace("\\,", " ").replace("~", " ").replace("---", " - ").replace("--", "-")
@@ -45,11 +45,14 @@ def _formula(tex: str) -> str:
 
 
 _RULE = re.compile(r"\\(?:top|mid|bottom)rule|\\end(?:firsthead|head|foot|lastfoot)\b")
-_SPAN = re.compile(r"\\multicolumn\{(\d+)\}\{[^}]*\}\{(.*)\}$", re.DOTALL)
+_SPAN = re.compile(r"\\multicolumn\{(?P<columns>\d+)\}\{[^}]*\}\{(?P<text>.*)\}$", re.DOTALL)
 
 
 def table_rows(tex: str) -> Sequence[list[str]]:
-    """The rows of a generated table as text, its head first and once."""
+    """The rows of a generated table as text, its head first and once.
+
+    A cell that spans several columns is followed by empty ones.
+    """
     inside = re.sub(r"\\begin\{tabular\}\{(?:[^{}]|\{[^{}]*\})*\}|\\end\{tabular\}", "", tex)
     rows: list[list[str]] = []
     for row in re.split(r"\\\\", _RULE.sub("", inside)):
@@ -61,8 +64,8 @@ def table_rows(tex: str) -> Sequence[list[str]]:
             if span is None:
                 cells.append(plain(cell))
             else:
-                cells.append(plain(span[2]))
-                cells += [""] * (int(span[1]) - 1)
+                cells.append(plain(span["text"]))
+                cells += [""] * (int(span["columns"]) - 1)
         repeats_head = bool(rows) and cells == rows[0]
         if not repeats_head:
             rows.append(cells)

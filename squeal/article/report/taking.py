@@ -88,9 +88,10 @@ def take(name: str, build: Path, to: Path | None = None) -> Taken:
     """Write a figure, table or number of the build in a folder into a folder of its own.
 
     name: of a figure or table as `names` lists it (fig11, also Fig. 11), or the key of a number,
-    its result and the keys in it (energy.motions.b1-c.friction); to: the folder, NAME if left out.
-    Raises InputError if there is no such name, if results are missing (the sentence says what
-    builds them), or if the folder holds other things.
+    its result and the keys in it (energy.motions.b1-c.friction); build: the folder of the build;
+    to: the folder that is written, NAME if left out. Nothing is written there before all is
+    complete. Raises InputError if there is no such name, if results are missing (the sentence says
+    what builds them), or if the folder holds other things.
     """
     listed = captions()
     key = _listed_name(name)
@@ -107,8 +108,8 @@ def take(name: str, build: Path, to: Path | None = None) -> Taken:
         made = Path(temporary)
         if key in listed:
             reads = _figure_or_table(key, build, made)
-            known = read(file for file in reads if file.suffix == ".json")
-            text = plain(filled(listed[key], known))
+            results = read(file for file in reads if file.suffix == ".json")
+            text = plain(filled(listed[key], results))
             write_text(made / "caption.txt", f"{text}\n")
         else:
             _number(key, build, made)
@@ -193,7 +194,8 @@ def _built_files(build: Path, wanted: Iterable[str]) -> tuple[Path, ...]:
 
 
 def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
-    """The figure in three formats, what it draws as CSV, and the files that it was drawn from."""
+    """Write the figure in three formats, what it draws as CSV, and the files that it was drawn
+    from, into the folder `made`; returns these files in the build."""
     from squeal.article.report.drawn import HEAD, rows
     from squeal.plots.style import save
 

@@ -19,7 +19,7 @@ VAL_MACRO = re.compile(r"\\val(?:\[(\w*)\])?\{([^{}]+)\}")
 
 
 def entry_of(results: Mapping[str, Any], key: str) -> Any:
-    """The entry of a result named by study and keys, or places in lists, with dots between.
+    """The entry of a result named by study and keys, or indices of lists, with dots between.
 
     None in a study that was left out. Raises KeyError.
     """
@@ -60,13 +60,16 @@ def left_out(result: Any) -> bool:
 
 
 def formatted(value: Any, form: str = "") -> str:
-    """A number in math mode or text; a dash for None."""
+    """A number in math mode or text; a dash for None.
+
+    form: see the head of this module.
+    """
     if value is None:
         return "--"
     if isinstance(value, (str, bool)):
         return typeset(str(value))
     if isinstance(value, list):
-        return ", ".join(formatted(one, form) for one in value)
+        return ", ".join(formatted(entry, form) for entry in value)
     if isinstance(value, dict):
         raise InputError("a mapping is no value")
     if form == "n" or (not form and isinstance(value, int)):

@@ -202,7 +202,8 @@ def shortest_repetition(cycles: Cycles, cycle: Cycle) -> Cycle:
         guess = cycle.x.copy()
         guess[PERIOD] /= count
         try:
-            return cycles.solve(guess)[0]
+            shorter, _ = cycles.solve(guess)
+            return shorter
         except ComputationError:
             continue
     return cycle
@@ -218,7 +219,7 @@ def cycle_after(cycles: Cycles, pad: DampedContact, state: np.ndarray) -> Cycle 
     passages = integrator.run(pad, state, OBSERVED).passages
     separations = [passage for passage in passages if not passage.touches][:SEPARATIONS]
     states = [integrator.run(pad, state, p.t + AFTER_SEPARATION).end for p in separations]
-    returns: list[tuple[float, int, int]] = []
+    returns: list[tuple[float, int, int]] = []  # distance of two states, and their indices
     for i, j in itertools.combinations(range(len(states)), 2):
         if separations[i].edge == separations[j].edge:
             distance = float(np.abs(states[j] - states[i]).max())
@@ -244,7 +245,7 @@ def find_cycle(scene: Scene, family: Family) -> Cycle:
     pad = DampedContact(scene, family.a, family.zeta, mu)
     cycles = Cycles(pad)
     searches = [least_disturbance(pad, "displacement", seed) for seed in SEEDS]
-    lasting = [LONGER_THAN_LEAST * found.disturbance for found in searches if found is not None]
+    lasting = [LONGER_THAN_LEAST * least.disturbance for least in searches if least is not None]
     for disturbances in (box(0), np.reshape(lasting, (-1, 6))):
         fate = ensemble(pad.law).fate(pad, pad.sliding + disturbances, SETTLED)
         for state in fate.ends[fate.lasts]:
@@ -296,10 +297,10 @@ def _boundary_between(
     kind = kind_beyond(after)
     for guess in (before, after):
         try:
-            found, _ = cycles.solve(guess.x, [parameter], conditions_of(cycles, kind))
+            on_boundary, _ = cycles.solve(guess.x, [parameter], conditions_of(cycles, kind))
         except ComputationError:
             continue
-        return Boundary(kind, found)
+        return Boundary(kind, on_boundary)
     return None
 
 
@@ -343,7 +344,8 @@ def grazing_along_zeta(cycles: Cycles, cycle: Cycle, sign: float) -> Grazing | N
 def _grazing_near(cycles: Cycles, cycle: Cycle) -> Grazing | None:
     """The grazing next to a cycle, where the shortest excursion of one of its edges vanishes.
 
-    The guess is the middle of that excursion; None where Newton's method does not come to it.
+    An excursion of an edge lasts from one of its contact changes to the next. The guess is the
+    cycle from the middle of the shortest one; None where Newton's method does not come to it.
     """
     period = float(cycle.x[PERIOD])
     shortest = np.inf
@@ -362,11 +364,12 @@ def _grazing_near(cycles: Cycles, cycle: Cycle) -> Grazing | None:
                 touches = end.touches  # whether the edge touches once the excursion is over
     guess = cycle.x.copy()
     guess[:6] = flow(cycle.pad.law).run(cycle.pad, cycle.state, middle).end
+    conditions = cycles.grazing(edge, touches)
     try:
-        found, _ = cycles.solve(guess, [LOG_ZETA], cycles.grazing(edge, touches), anchored=True)
+        grazing, _ = cycles.solve(guess, [LOG_ZETA], conditions, anchored=True)
     except ComputationError:
         return None
-    return Grazing(found, edge, touches)
+    return Grazing(grazing, edge, touches)
 
 
 def trace(
@@ -381,6 +384,7 @@ def trace(
 
     Parameters
     ----------
+    first : the cycle on the boundary from which it is traced
     free : indices into X of the two parameters of the plane; the first begins to fall, then to rise
     conditions : makes the functions of X that vanish on the boundary
     critical : how many of the leading multipliers lie on the unit circle
@@ -441,7 +445,7 @@ class BothPlanes(NamedTuple):
     over_mu: list[Cycle]
 
 
-def both_planes(cycles: Cycles, found: Boundary, mu: float) -> BothPlanes:
+def both_planes(cycles: Cycles, boundary: Boundary, mu: float) -> BothPlanes:
     """A boundary over contact damping at a friction, and over friction at `A_OVER_FRICTION`.
 
     Both planes are over modal damping, too. The boundary is traced first in the plane in which it
@@ -450,11 +454,11 @@ def both_planes(cycles: Cycles, found: Boundary, mu: float) -> BothPlanes:
     """
 
     def trace_over(parameter: int, start: Cycle) -> list[Cycle]:
-        critical = CRITICAL[found.kind]
+        critical = CRITICAL[boundary.kind]
         return trace(cycles, start, [parameter, LOG_ZETA], conditions, critical)
 
     def conditions() -> list[Condition]:
-        return conditions_of(cycles, found.kind)
+        return conditions_of(cycles, boundary.kind)
 
     def trace_other(
         points: Sequence[Cycle], parameter: int, value: float, other: int
@@ -470,10 +474,10 @@ def both_planes(cycles: Cycles, found: Boundary, mu: float) -> BothPlanes:
             return []
 
     # friction is still exactly `mu` where the boundary was found as modal damping changed
-    if found.cycle.pad.mu == mu:
-        over_a = trace_over(LOG_A, found.cycle)
+    if boundary.cycle.pad.mu == mu:
+        over_a = trace_over(LOG_A, boundary.cycle)
         return BothPlanes(over_a, trace_other(over_a, LOG_A, np.log(A_OVER_FRICTION), MU))
-    over_mu = trace_over(MU, found.cycle)
+    over_mu = trace_over(MU, boundary.cycle)
     return BothPlanes(trace_other(over_mu, MU, mu, LOG_A), over_mu)
 
 
@@ -517,11 +521,11 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
     # a family with a friction of its own may lose its stability as friction falls instead
     if below is None and family.mu is not None:
         below = boundary_along(cycles, start, MU, -1.0)
-    for found in (above, below):
-        if found is not None:
-            planes = both_planes(cycles, found, float(scene.pad.mu))
-            store(found.kind, "a", planes.over_a)
-            store(found.kind, "mu", planes.over_mu)
+    for boundary in (above, below):
+        if boundary is not None:
+            planes = both_planes(cycles, boundary, float(scene.pad.mu))
+            store(boundary.kind, "a", planes.over_a)
+            store(boundary.kind, "mu", planes.over_mu)
     if family.mu is not None:
         return curves  # the plane of grazings is at the friction of the scene, `start` is not
     for sign in (1.0, -1.0):
@@ -535,16 +539,16 @@ def least_at(scene: Scene, a: float, zeta: float, norm: Norm) -> LeastDisturbanc
     """The least disturbance at a pair of dampings, and how many motions from the box last."""
     pad = DampedContact.of(scene, a, zeta)
     searches = [least_disturbance(pad, norm, seed) for seed in SEEDS]
-    found = [one for one in searches if one is not None]
+    successful = [least for least in searches if least is not None]
     shortest: tuple[float, ...] = ()
-    if found:
-        least = min(found, key=lambda one: one.norm)
-        shortest = tuple(map(_rounded, least.disturbance))
+    if successful:
+        best = min(successful, key=lambda least: least.norm)
+        shortest = tuple(map(_rounded, best.disturbance))
     return LeastDisturbance(
         a=a,
         zeta=zeta,
         norm=norm,
-        norms=tuple(None if one is None else _rounded(one.norm) for one in searches),
+        norms=tuple(None if least is None else _rounded(least.norm) for least in searches),
         disturbance=shortest,
         drawn=DRAWN,
         lasting=int(np.count_nonzero(lasts(pad, box(0)))),

@@ -51,7 +51,7 @@ PARAMETERS = ("a", "zeta", "mu")
 """What a cycle may be continued over, in the order of `Flow` columns."""
 GAUSS = 1.0 / math.sqrt(3.0)  # two points integrate the cubic p (1 + a p') times its arm exactly
 
-# places of the runtime parameters of the compiled equations, after the pad's coefficients
+# indices of the runtime parameters of the compiled equations, after the pad's coefficients
 _NAMES = Coefficients._fields
 _ON = len(_NAMES)  # two: 1 where the leading and the trailing edge touch, else 0
 _DECAY = _ON + 2  # nine: the matrix of modal damping by rows
@@ -273,13 +273,13 @@ class DampedContact:
     @cached_property
     def numbers(self) -> np.ndarray:
         """The runtime parameters of `Flow`, no edge touching."""
-        found = np.zeros(_COUNT)
-        found[:_ON] = self.c
-        found[_DECAY:_A] = self._decay
-        found[_A] = self.size
-        found[_ZETA] = self.zeta
-        found[_V] = self.surface_speed
-        return found
+        parameters = np.zeros(_COUNT)
+        parameters[:_ON] = self.c
+        parameters[_DECAY:_A] = self._decay
+        parameters[_A] = self.size
+        parameters[_ZETA] = self.zeta
+        parameters[_V] = self.surface_speed
+        return parameters
 
     def at(self, state: Any, on: Touching | None = None) -> Motion:
         """The equations at a state (6, ...), in the contact state there if none is given."""
@@ -397,7 +397,8 @@ class Flow:
             hy.t_event(e, direction=upwards, callback=self._switch(edge), cooldown=0.0)
             for edge, e in enumerate(heyoka().rising(equations.motion.gaps, equations.on))
         ]
-        ends = [
+        # expressions that pass zero downwards where the equations no longer hold
+        ends_of_validity = [
             hy.nt_event(limit, self._mark(), direction=downwards)
             for limit in limits(equations.motion)
         ]
@@ -405,7 +406,7 @@ class Flow:
             hy.var_ode_sys(equations.system, state + parameters),
             tol=TOLERANCE,
             t_events=changes,
-            nt_events=ends,
+            nt_events=ends_of_validity,
             compact_mode=True,
             pars=np.zeros(_COUNT),
             state=np.zeros(6),
@@ -430,7 +431,10 @@ class Flow:
         return lambda _ta, t, _sign: marks.append(t)
 
     def run(self, pad: DampedContact, state: np.ndarray, time: float) -> Arc:
-        """The motion over a time. Raises ComputationError where it is not finite."""
+        """The motion from a state (6,) over a time, both in the units of the motion.
+
+        Raises ComputationError where it is not finite.
+        """
         ta = self.ta
         self._log.clear()
         self._invalid.clear()
@@ -440,7 +444,7 @@ class Flow:
         ta.state[:6] = state
         ta.state[6:] = self._first_derivatives.ravel()
         ta.reset_cooldowns()
-        outcome = ta.propagate_until(time)[0]
+        outcome, *_ = ta.propagate_until(time)
         if outcome != heyoka().hy.taylor_outcome.time_limit:
             raise ComputationError("the motion is not finite")
         matrix = ta.state[6:].reshape(6, 9).copy()
@@ -454,7 +458,7 @@ def flow(law: ContactLaw) -> Flow:
 
 
 LANES = 4  # motions that heyoka integrates at once
-LOOK = 60.0  # units of time, some six periods of a cycle: without a contact change a motion rests
+RESTS = 60.0  # units of time, some six periods of a cycle: without a contact change a motion rests
 
 
 class Fate(NamedTuple):
@@ -485,7 +489,8 @@ class Ensemble:
             hy.t_event_batch(e, direction=upwards, callback=self._switch(edge), cooldown=0.0)
             for edge, e in enumerate(heyoka().rising(equations.motion.gaps, equations.on))
         ]
-        ends = [
+        # expressions that pass zero downwards where the equations no longer hold
+        ends_of_validity = [
             hy.nt_event_batch(limit, self._mark(), direction=downwards)
             for limit in limits(equations.motion)
         ]
@@ -494,7 +499,7 @@ class Ensemble:
             np.zeros((6, LANES)),
             tol=BATCH_TOLERANCE,
             t_events=changes,
-            nt_events=ends,
+            nt_events=ends_of_validity,
             pars=np.zeros((_COUNT, LANES)),
         )
 
@@ -519,7 +524,7 @@ class Ensemble:
     def fate(self, pad: DampedContact, states: np.ndarray, longest: float) -> Fate:
         """What becomes of motions from states (n, 6).
 
-        A motion has come to rest once contact has not changed for the time `LOOK`; it lasts if
+        A motion has come to rest once contact has not changed for the time `RESTS`; it lasts if
         contact still changes after the time `longest`.
         """
         count = len(states)
@@ -533,7 +538,7 @@ class Ensemble:
             still_changing = np.ones(LANES, dtype=bool)
             end = 0.0
             while still_changing.any() and end < longest:
-                end += LOOK
+                end += RESTS
                 self._changes[:] = [0] * LANES
                 self.ta.reset_cooldowns()
                 self.ta.propagate_until([end] * LANES)

@@ -165,10 +165,10 @@ class Cycles:
         phase /= np.linalg.norm(phase)
         for _ in range(PASSES):
             cycle = self.over(x)
-            gap, jacobian = self.closure(cycle)
+            closure, jacobian = self.closure(cycle)
             # an equation a row: closure, phase condition, conditions, pseudo-arclength
             rows = [*jacobian]
-            residual = [*gap]
+            residual = [*closure]
             if not anchored:
                 rows.append(phase)
                 residual.append(phase @ (x - guess))
@@ -242,12 +242,14 @@ class Cycles:
                 matrix = cycle.monodromy + np.eye(6)
             n = len(matrix)
             if not borders:
+                # singular vectors of the least singular value, the last one
                 left, _, right = np.linalg.svd(matrix)
                 borders.extend((left[:, -1], right[-1]))
+            b, c = borders
             bordered = np.zeros((n + 1, n + 1))
             bordered[:n, :n] = matrix
-            bordered[:n, n] = borders[0]
-            bordered[n, :n] = borders[1]
+            bordered[:n, n] = b
+            bordered[n, :n] = c
             right_side = np.eye(n + 1)[n]
             return float(np.linalg.solve(bordered, right_side)[n])
 

@@ -19,11 +19,11 @@ from squeal.model.pad import Pad
 SUBSTEPS = (2, 4, 6, 8, 10, 12, 14)  # of the midpoint rule, one row of the extrapolation each
 CONVERGED = 2e-16  # of the size of the state: two extrapolated values this near are one
 ACCEPTED = 1e-14  # of the size of the state: worse than this after the last column halves the step
-ROUNDED = 1e-15  # of the place, times the stiffness: what rounding leaves of a force
+ROUNDED = 1e-15  # of the position, times the stiffness: the rounding of a force
 LONGEST = 0.7  # step, over the time sqrt(m/k) of the stiffest spring that acts
-NEAR = 0.02  # of the greatest height in a step: a turn this near the surface is looked at
-TURNED = 1e-6  # of a step: within which a turn is looked for
-LOCATED = 1e-15  # of a step: two places of a contact change this near are one
+NEAR = 0.02  # of the greatest height in a step: a turn this near the surface may cross it
+TURNED = 1e-6  # of a step: to which a turn is located
+LOCATED = 1e-15  # of a step: two times of a contact change this near are one
 SHORTEST = 1e-9  # of the longest step: a point that is wrong after so short a time changes at once
 TINY = 1e-300  # a size that is no zero
 
@@ -108,9 +108,9 @@ class _Equations:
                 spring = relaxed + moved
                 size = abs(spring)
                 # size^2 - length^2 without the difference of two large numbers, |relaxed| = length
-                more = 2.0 * (relaxed * moved.conjugate()).real + abs(moved) ** 2
+                difference = 2.0 * (relaxed * moved.conjugate()).real + abs(moved) ** 2
                 # -k (size - length), in the direction of the spring
-                support = -k * more / (size + length) / size * spring
+                support = -k * difference / (size + length) / size * spring
                 arm = corner + turn * corner
                 force += support
                 moment += arm.real * support.imag - arm.imag * support.real
@@ -128,7 +128,8 @@ class _Equations:
     def _line_load(
         self, gaps: tuple[float, float], arms: list[complex], touching: tuple[bool, bool]
     ) -> list[Load]:
-        """The load of the pressure k_c times penetration on the face; friction acts at distance h.
+        """The load of the pressure k_c / width times penetration on the face; friction acts at the
+        distance h from the mass centre.
 
         gaps, arms: of the leading and the trailing edge, arms from the mass centre.
         """
@@ -143,7 +144,8 @@ class _Equations:
             moment += pad.k_c * width * (leading - trailing) / 12.0
         else:  # a triangle of pressure, whose resultant is a third of its base from that edge
             touching_gap, other_gap = (leading, trailing) if touching[0] else (trailing, leading)
-            share = 1.0  # of the face that touches; a level face is in partial contact for no time
+            # share of the face that touches; a level face is in partial contact for no time
+            share = 1.0
             if touching_gap != other_gap:
                 share = touching_gap / (touching_gap - other_gap)
             normal = -pad.k_c * share * touching_gap / 2.0
@@ -180,8 +182,9 @@ def _midpoint(
     are summed, not states, so that rounding is that of what a short step adds.
 
     first : the accelerations at the state
+    h, n : length of the whole step, and number of substeps
     """
-    z, a, v, r = state
+    z, a, v, r = state  # position x + i y, angle, and their rates
     step = h / n
     # changes of the state up to u_(j-1), and with a 1 up to u_j
     dz = 0j
@@ -207,7 +210,7 @@ def _midpoint(
 class _Step(NamedTuple):
     """State at the end of a step, its error, and the poses passed on the way, the last at its end.
 
-    The error is the last difference of the extrapolation over the sizes of place and velocity.
+    The error is the last difference of the extrapolation over the sizes of position and velocity.
     """
 
     end: State
@@ -224,14 +227,14 @@ def _extrapolated(
     state; it ends with the row that changes no more.
 
     lever : length that makes an angle comparable with a displacement
-    sizes : of place and of velocity
+    sizes : of position and of velocity
     """
     first = f(state[0], state[1])
-    row: list[State] = []
+    row: list[State] = []  # T(j-1, 0), T(j-1, 1), ...
     error = math.inf
     for j, n in enumerate(SUBSTEPS):
         change, passed = _midpoint(f, state, first, h, n)
-        new = [change]
+        new = [change]  # T(j, 0), ...
         for i in range(j):
             ratio = 1.0 / ((n / SUBSTEPS[j - 1 - i]) ** 2 - 1.0)
             p = new[i]  # T(j, i)
@@ -244,18 +247,18 @@ def _extrapolated(
                     p[3] + (p[3] - q[3]) * ratio,
                 )
             )
-        if j:
+        if j:  # there is a row before
             best = new[-1]
             before = row[-1]
-            place = abs(best[0] - before[0]) + lever * abs(best[1] - before[1])
-            speed = abs(best[2] - before[2]) + lever * abs(best[3] - before[3])
-            error = max(place / sizes[0], speed / sizes[1])
+            position = abs(best[0] - before[0]) + lever * abs(best[1] - before[1])
+            velocity = abs(best[2] - before[2]) + lever * abs(best[3] - before[3])
+            error = max(position / sizes[0], velocity / sizes[1])
             if error <= CONVERGED:
                 break
         row = new
     dz, da, dv, dr = new[-1]
     end = (state[0] + dz, state[1] + da, state[2] + dv, state[3] + dr)
-    passed[-1] = (end[0], end[1])
+    passed[-1] = (end[0], end[1])  # more exact than the midpoint rule
     return _Step(end, error, passed)
 
 
@@ -303,19 +306,22 @@ class _Run:
         self.t = 0.0
         self.behind = 0.0  # what rounding has left out of the time
         self.h = 0.0
-        self.sizes = (TINY, TINY)  # greatest of place and of velocity so far
+        self.sizes = (TINY, TINY)  # greatest of position and of velocity so far
         self.changes: list[tuple[float, int]] = []
 
     def _first_contact(self) -> tuple[bool, bool]:
         """What touches first: a point on the surface goes where its rate or acceleration points."""
         z, angle, _, _ = self.state
         upwards, turning = self.equations.acceleration((False, False))(z, angle)
-        found = []
-        heights = self.equations.gaps(z, angle)
-        for gap, corner in zip(heights, self.equations.lower, strict=True):
-            begun = gap or _rate(corner, self.state) or _rate(corner, (z, angle, upwards, turning))
-            found.append(begun < 0.0)
-        return found[0], found[1]
+        gaps = self.equations.gaps(z, angle)
+        touching = []
+        for gap, corner in zip(gaps, self.equations.lower, strict=True):
+            rate = _rate(corner, self.state)
+            # the rate of the height with accelerations in place of velocities, the pad at rest
+            acceleration = _rate(corner, (z, angle, upwards, turning))
+            first_not_zero = gap or rate or acceleration
+            touching.append(first_not_zero < 0.0)
+        return touching[0], touching[1]
 
     def _accept(self, state: State, h: float) -> None:
         """Take over the state after a time h; the time is summed without loss (Kahan)."""
@@ -324,9 +330,9 @@ class _Run:
         total = self.t + more
         self.behind = more - (total - self.t)
         self.t = total
-        place = abs(state[0]) + self.lever * abs(state[1])
-        speed = abs(state[2]) + self.lever * abs(state[3])
-        self.sizes = (max(self.sizes[0], place), max(self.sizes[1], speed))
+        position = abs(state[0]) + self.lever * abs(state[1])
+        velocity = abs(state[2]) + self.lever * abs(state[3])
+        self.sizes = (max(self.sizes[0], position), max(self.sizes[1], velocity))
 
     def _switch(self, point: int) -> None:
         """A point begins to touch or separates."""
@@ -398,22 +404,23 @@ class _Run:
     def advance(self, stop: float) -> None:
         """Go on to a time, through any contact changes."""
         while True:
-            left = (stop - self.t) - self.behind
-            if left <= 1e-15 * stop:
+            remaining = (stop - self.t) - self.behind
+            if remaining <= 1e-15 * stop:
                 return
             f = self.equations.acceleration(self.touching)
             limit = self.equations.longest(self.touching)
             self.h = min(limit, 1.5 * self.h or limit)
-            while not self._try_step(f, min(self.h, left), limit):
+            while not self._try_step(f, min(self.h, remaining), limit):
                 pass
 
     def _sizes_from_rest(self, f: Acceleration, h: float) -> tuple[float, float]:
-        """Sizes of place and velocity at the start: what the accelerations make of it in a time."""
+        """Sizes of position and velocity at the start: at least what the accelerations make of
+        them in a time h."""
         z, a = f(self.state[0], self.state[1])
         acceleration = abs(z) + self.lever * abs(a)
-        place = abs(self.state[0]) + self.lever * abs(self.state[1])
-        speed = abs(self.state[2]) + self.lever * abs(self.state[3])
-        return max(place, h * h * acceleration, TINY), max(speed, h * acceleration, TINY)
+        position = abs(self.state[0]) + self.lever * abs(self.state[1])
+        velocity = abs(self.state[2]) + self.lever * abs(self.state[3])
+        return max(position, h * h * acceleration, TINY), max(velocity, h * acceleration, TINY)
 
     def _poses_beyond(self, passed: list[Pose]) -> list[list[float]]:
         """By point how far it is beyond the surface at the poses of a step."""
@@ -431,7 +438,7 @@ class _Run:
         if self.sizes[1] <= TINY:
             self.sizes = self._sizes_from_rest(f, h)
         step = _extrapolated(f, self.state, h, self.lever, self.sizes)
-        # of a force k x, over the mass, in the time h: a share of the velocity's size
+        # rounding of the velocity over its size: that of a force k x, over the mass, in the time h
         inertia = self.equations.inertia
         rounding = ROUNDED * self.equations.stiffest / inertia * h * self.sizes[0] / self.sizes[1]
         if step.error > ACCEPTED + rounding and h > SHORTEST * limit:
@@ -475,7 +482,7 @@ class _Run:
             located = [self._locate(f, point, low, guess, high) for point in points]
             changes = [change for change in located if change is not None]
             if changes:
-                return min(changes, key=lambda one: one.time)
+                return min(changes, key=lambda change: change.time)
         return None
 
 
@@ -494,6 +501,6 @@ def motion(
         states.append([z.real, z.imag, angle, v.real, v.imag, r])
         if len(run.changes) > most:
             raise ComputationError(f"more than {most} contact changes")
-    when = np.array([t for t, _ in run.changes])
+    change_times = np.array([t for t, _ in run.changes])
     points = np.array([point for _, point in run.changes], dtype=int)
-    return Motion(np.array(states), when, points, run.equations.count)
+    return Motion(np.array(states), change_times, points, run.equations.count)

@@ -49,7 +49,7 @@ def unit_disturbances(pad: DampedContact, norm: Norm) -> np.ndarray:
     energy of the static compression, and the same of the velocities with the masses.
     """
     if norm == "displacement":
-        return np.eye(6)[:, :3]
+        return np.eye(6)[:, :3]  # x, y and w theta
     undamped = dataclasses.replace(pad, a=0.0, zeta=0.0, mu=0.0)
     mass = np.array([1.0, 1.0, pad.c.I / (pad.c.m * pad.c.w**2)])  # of x, y and w theta
     stiffness = -mass[:, None] * complex_step(undamped.rates, pad.sliding)[3:, :3]
@@ -73,8 +73,8 @@ def lasts(pad: DampedContact, disturbances: np.ndarray) -> np.ndarray:
 
     They do so within the equations: without tension, the lower face slower than the surface.
     """
-    found = ensemble(pad.law).fate(pad, pad.sliding + disturbances, longest(pad))
-    return np.asarray(found.lasts & ~found.invalid)
+    fate = ensemble(pad.law).fate(pad, pad.sliding + disturbances, longest(pad))
+    return np.asarray(fate.lasts & ~fate.invalid)
 
 
 def _first_lasting(
@@ -97,7 +97,8 @@ def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None
     best = _first_lasting(pad, columns, random)
     if best is None:
         return None
-    # wider after a round in which several candidates last, narrower after one in which none does
+    # of the random change of a direction; wider after a round in which several candidates last,
+    # narrower after one in which none does
     width = FIRST_WIDTH
     for _ in range(ROUNDS):
         length = np.linalg.norm(best)
@@ -110,7 +111,7 @@ def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None
         lasting = lasts(pad, candidates @ columns.T)
         if lasting.any():
             lengths = np.where(lasting, np.linalg.norm(candidates, axis=1), np.inf)
-            best = candidates[np.argmin(lengths)]
+            best = candidates[np.argmin(lengths)]  # shorter than the best before
             if np.count_nonzero(lasting) > 1:
                 width = min(1.0, WIDER * width)
         else:

@@ -81,14 +81,16 @@ def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
         stop = end
         if end <= low:
             path.at(low)  # raises, with the reason
-        changes = [mu for mu in path.breakpoints if low < mu < end]
-        contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in changes)
+        for mu in path.breakpoints:
+            if low < mu < end:
+                _, state = path.at(mu)
+                contacts = (*contacts, (mu, path.model.state_name(state)))
         if path.fold is not None:
             # the least eigenvalue of K vanishes as (mu_end - mu)^(1/2), a frequency as its root
             share = 1.0 - (1.0 - share) ** 2
-            stop = end * (1.0 - 1e-9)
+            stop = end * (1.0 - 1e-9)  # at the fold itself K is singular
     contact_changes = [mu for mu, _ in contacts]
-    just_before = [math.nextafter(mu, 0.0) for mu in contact_changes]
+    just_before = [math.nextafter(mu, 0.0) for mu in contact_changes]  # with the contact before
     events = thresholds(system, stop, contact_changes, low)
     critical = [point.mu for point in events.points if low < point.mu < stop]
     crossings = [crossing.mu for crossing in events.crossings]

@@ -22,7 +22,7 @@ class Reference:
     times: np.ndarray
 
     @property
-    def place(self) -> np.ndarray:
+    def position(self) -> np.ndarray:
         """x, y and w theta at the end, (3,)."""
         return self.state[:3]
 
@@ -61,6 +61,6 @@ def precision_in_words() -> str:
     return "quad precision" if quad() is not None else "SciPy with shorter steps"
 
 
-def error_against(place: np.ndarray, exact: np.ndarray) -> float:
-    """Greatest difference of two places (3,), relative to the size of the exact one."""
-    return float(np.abs(place - exact).max() / np.abs(exact).max())
+def error_against(position: np.ndarray, exact: np.ndarray) -> float:
+    """Greatest difference of two positions (3,), relative to the size of the exact one."""
+    return float(np.abs(position - exact).max() / np.abs(exact).max())

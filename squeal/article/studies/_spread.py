@@ -29,10 +29,10 @@ def disturbed(states: np.ndarray, repeat: int) -> np.ndarray:
     return states * (1.0 + SIZE * draws)
 
 
-def numbers(value: Any, at: str = "") -> Iterator[tuple[str, float]]:
+def numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
     """The numbers of a record, each with its path: keys and indices, dots between.
 
-    at: the path of the value itself.
+    path: of the value itself.
     """
     plain = to_dict(value)
     entries: Iterator[tuple[Any, Any]] = iter(())
@@ -41,17 +41,20 @@ def numbers(value: Any, at: str = "") -> Iterator[tuple[str, float]]:
     elif isinstance(plain, list):
         entries = iter(enumerate(plain))
     elif isinstance(plain, (int, float)) and not isinstance(plain, bool):
-        yield at, plain
+        yield path, plain
     for key, entry in entries:
-        yield from numbers(entry, f"{at}.{key}" if at else str(key))
+        yield from numbers(entry, f"{path}.{key}" if path else str(key))
 
 
-def moved(at: str, repeats: Sequence[Any]) -> tuple[Moved, ...]:
-    """The numbers under the key `at` that differ between repeats of a record, with their range."""
-    by_path = [dict(numbers(record, at)) for record in repeats]
+def moved(key: str, repeats: Sequence[Any]) -> tuple[Moved, ...]:
+    """The numbers that differ between repeats of a record, with their least and greatest values.
+
+    key: the path of the record in its result.
+    """
+    by_path = [dict(numbers(record, key)) for record in repeats]
     differing: list[Moved] = []
     for path in by_path[0]:
-        values = [found[path] for found in by_path if path in found]
+        values = [of_repeat[path] for of_repeat in by_path if path in of_repeat]
         low = min(values)
         high = max(values)
         if high - low > SAME * max(abs(low), abs(high)):
@@ -66,8 +69,8 @@ def at_ends(result: R) -> tuple[R, ...]:
     """
     if not result.spread:
         return (result,)
-    low = {one.key: one.low for one in result.spread}
-    high = {one.key: one.high for one in result.spread}
+    low = {entry.key: entry.low for entry in result.spread}
+    high = {entry.key: entry.high for entry in result.spread}
     return (result, _with_numbers(result, low), _with_numbers(result, high))
 
 

@@ -95,9 +95,9 @@ class Accuracy(Result):
 
 @dataclass(frozen=True)
 class Run:
-    """Place (x, y, w theta) at the end and times of the contact changes, in natural units."""
+    """Position (x, y, w theta) at the end and times of the contact changes, in natural units."""
 
-    place: np.ndarray
+    position: np.ndarray
     times: np.ndarray
     steps: int
     evaluations: int
@@ -124,7 +124,7 @@ def ours(scene: Scene, tolerance: float) -> Run:
 
 
 def batch(scene: Scene, tolerance: float) -> Run:
-    """`SEVERAL` equal pads at once; one of them is returned."""
+    """`SEVERAL` equal pads at once; the run of the first one is returned."""
     motions = simulate_many(
         scene.model,
         scene.pad,
@@ -135,10 +135,10 @@ def batch(scene: Scene, tolerance: float) -> Run:
         events=True,
     )
     units, *_ = in_natural_units(scene)
-    place = units.to_scaled(motions["final"][0])[:3]
+    position = units.to_scaled(motions["final"][0])[:3]
     steps = int(motions["steps"][0])
-    times = motions["events"][0][:, 0] / units.time
-    return Run(place, times, steps, steps * order(tolerance))
+    times, _points = motions["events"][0].T
+    return Run(position, times / units.time, steps, steps * order(tolerance))
 
 
 @lru_cache(maxsize=64)
@@ -156,6 +156,7 @@ def _compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
     variables = [variable for variable, _ in system]
 
     def compiled(outputs: list[Any]) -> tuple[Any, int]:
+        """The compiled function of some expressions, and how many parameters it reads."""
         used = hy.get_params(outputs)
         count = max((i + 1 for i in range(len(NAMES)) if hy.par[i] in used), default=0)
         return hy.cfunc(outputs, variables), count
@@ -198,7 +199,7 @@ def hybrid(advance: Advance, scene: Scene) -> Run:
     contact = state_of(first_contact(model, state))
     t = 0.0
     steps = 0
-    times: list[float] = []
+    times: list[float] = []  # of the contact changes
     evaluations = 0
     while t < stop and len(times) < MOST:
         compiled, gaps = functions(model, contact)
@@ -279,6 +280,7 @@ def with_fixed_step(scene: Scene, tolerance: float) -> Run:
         steps = 0
         while now < stop:
             h = min(longest, stop - now)
+            # rates at the begin of the step, twice in its middle, and at its end
             first = rhs(s)
             second = rhs(s + 0.5 * h * first)
             third = rhs(s + 0.5 * h * second)
@@ -342,7 +344,7 @@ def points_of(
             run = solver(scene, tolerance)
         except (ComputationError, ArithmeticError, ValueError, RuntimeError):
             continue  # some fail at the loosest or the tightest tolerances: no point
-        error = error_against(run.place, exact.place)
+        error = error_against(run.position, exact.position)
         missed, extra = compare_times(run.times, exact.times)
         points.append(
             Point(

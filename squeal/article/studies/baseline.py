@@ -58,13 +58,13 @@ def _interval(count: int, total: int) -> tuple[float, float]:
 
 
 def judged(law: Formulation, sets: int) -> Law:
-    """Random sets under a law."""
+    """Judge so many random sets under a law."""
     points = np.random.default_rng(SEED).uniform(size=(sets, len(DIMENSIONS)))
     table, valid = margins(decode(points), law)
-    satisfies = table > 0.0
+    satisfies = table > 0.0  # (set, claim); a margin that is NaN satisfies nothing
     share = {}
-    for claim, number in zip(CLAIMS, satisfies.sum(axis=0).tolist(), strict=True):
-        share[claim.id] = Frequency(number / sets, _interval(number, sets))
+    for claim, count in zip(CLAIMS, satisfies.sum(axis=0).tolist(), strict=True):
+        share[claim.id] = Frequency(count / sets, _interval(count, sets))
     satisfied = satisfies[valid][:, INDEPENDENT].sum(axis=1)  # statements by valid set
     counts = np.bincount(satisfied, minlength=int(INDEPENDENT.sum()) + 1)
     return Law(

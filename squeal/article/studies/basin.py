@@ -74,8 +74,8 @@ def shares(scene: Scene) -> tuple[SampledShare, ...]:
     rows = []
     for half_width in HALF_WIDTHS:
         states = sampled_states(scene, half_width, STARTS)
-        found = settle_late([Begun(model, state) for state in states], scene.stop).settled
-        lasting = sum(one is not None and one.goes_on for one in found)
+        late = settle_late([Begun(model, state) for state in states], scene.stop)
+        lasting = sum(settled is not None and settled.goes_on for settled in late.settled)
         rows.append(sampled_share(half_width, lasting, len(states)))
     return tuple(rows)
 
@@ -111,8 +111,10 @@ def sentences(record: Basin) -> Mapping[str, bool]:
 
     def shares_at(half_width: float) -> list[SampledShare]:
         """The share of that box for each of `MOTIONS`."""
-        every = [row for rows in record.shares.values() for row in rows]
-        return [row for row in every if row.half_width == half_width]
+        of_box = []
+        for rows in record.shares.values():
+            of_box += [row for row in rows if row.half_width == half_width]
+        return of_box
 
     points_at_one, line_at_one = shares_at(1.0)
     return {

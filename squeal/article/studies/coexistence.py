@@ -188,11 +188,11 @@ def extremes(cycle: Cycle) -> Extremes:
     for _ in range(PARTS):
         samples.append(state)
         state = cycles.flow.run(pad, state, part).end
-    states = np.array(samples).T
-    found = pad.at(states)
-    touching = (np.array(found.gaps) < 0.0).any(axis=0)
+    states = np.array(samples).T  # (6, PARTS)
+    motion_there = pad.at(states)
+    touching = (np.array(motion_there.gaps) < 0.0).any(axis=0)
     speed = states[3] + pad.c.h / pad.c.w * states[5]  # x' + h theta', of the lower face
-    factor = np.min(found.factors, axis=0)
+    factor = np.min(motion_there.factors, axis=0)
     return Extremes(
         face=float(speed[touching].max()) / pad.surface_speed,
         factor=float(factor[touching].min()),
@@ -232,15 +232,15 @@ class CheckedBoundary(NamedTuple):
 def checked_boundary(scene: Scene, curve: BoundaryCurve) -> CheckedBoundary:
     """Integrate the cycles of a stored boundary again."""
     cycles = [cycle_of(scene, point) for point in curve.points]
-    ends = [extremes(cycle) for cycle in cycles]
+    of_cycles = [extremes(cycle) for cycle in cycles]
     closures = [float(np.abs(cycle.arc.end - cycle.state).max()) for cycle in cycles]
     periods = [1e3 * cycle.period for cycle in cycles]
     boundary = Boundary.of(
         curve,  # contacts, ends_loss, kind and over
         points=tuple(Point(point.a, point.mu, point.zeta) for point in curve.points),
         period=(min(periods), max(periods)),
-        face=max(one.face for one in ends),
-        factor=min(one.factor for one in ends),
+        face=max(extreme.face for extreme in of_cycles),
+        factor=min(extreme.factor for extreme in of_cycles),
     )
     return CheckedBoundary(
         boundary=boundary,
@@ -253,8 +253,8 @@ def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
     """The greatest modal damping at which a fold ends a stable cycle, 0 where none does.
 
     value: a contact damping if `over` is "a", a friction if it is "mu". Over friction a boundary of
-    lost stability ends, towards lower friction, on the fold: left of all such ends the cycle is
-    unstable on the fold too, and no stable cycle exists.
+    lost stability ends, towards lower friction, on the fold: at a lower friction than that of all
+    such ends the cycle is unstable on the fold too, and no stable cycle exists.
     """
     in_plane = [curve for curve in curves if curve.over == over]
     if over == "mu":
@@ -300,6 +300,7 @@ def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | Non
     The ratio of the two modal dampings, `height_at` over `zeta` of the points, passes 1 there. It
     is interpolated between points, log(ratio) linearly over log(a). None where it stays above 1.
     """
+    # of the point before at which both boundaries exist: its contact damping, and log(ratio)
     a_before: float | None = None
     log_before = 0.0
     for point in sliding:
@@ -341,12 +342,13 @@ class Repeats(NamedTuple):
 
 def repeat(scene: Scene, stored: Sequence[LeastDisturbance]) -> Repeats:
     """Simulate some least disturbances again: they must last, and not do so if `SHORTER`."""
-    found = [one for one in stored if one.disturbance]
-    chosen = np.random.default_rng(SEED).permutation(len(found))[:REPEATED]
+    with_disturbance = [least for least in stored if least.disturbance]
+    chosen = np.random.default_rng(SEED).permutation(len(with_disturbance))[:REPEATED]
     held = 0
     for i in chosen:
-        pad = DampedContact.of(scene, found[i].a, found[i].zeta)
-        disturbance = np.array(found[i].disturbance)
+        least = with_disturbance[i]
+        pad = DampedContact.of(scene, least.a, least.zeta)
+        disturbance = np.array(least.disturbance)
         least_lasts, shorter_lasts = lasts(pad, np.array([disturbance, SHORTER * disturbance]))
         held += int(least_lasts and not shorter_lasts)
     return Repeats(len(chosen), held)
@@ -367,7 +369,7 @@ def motion(scene: Scene, stored: Stored, boundaries: Sequence[Boundary]) -> Moti
     for least in stored.least:
         by_norm[least.norm].append(margin(least, compression))
     displacements = by_norm["displacement"]
-    sizes = [one.micrometres for one in displacements if one.micrometres is not None]
+    sizes = [m.micrometres for m in displacements if m.micrometres is not None]
     quoted_at = (A_OVER_FRICTION, QUOTED_ZETA)
     return Motion(
         compression=compression,
@@ -376,7 +378,7 @@ def motion(scene: Scene, stored: Stored, boundaries: Sequence[Boundary]) -> Moti
         boundaries=tuple(boundaries),
         closes=closing(sliding, boundaries),
         highest=height_at(boundaries, "a", A_RANGE[0]),
-        quoted=next(one for one in displacements if (one.a, one.zeta) == quoted_at),
+        quoted=next(m for m in displacements if (m.a, m.zeta) == quoted_at),
         least=min(sizes),
         greatest=max(sizes),
         margins=tuple(displacements),
@@ -390,28 +392,28 @@ def study(files: Sequence[Path]) -> Coexistence:
         return Coexistence(motions={}, checked=None, searches_differ=0.0, left_out=why)
     scenes = read_scenes([f for f in files if f.suffix != ".json"], set(MOTIONS.values()))
     read = [read_json(Stored, file) for file in files if file.suffix == ".json"]
-    stored = {one.motion: one for one in read}
+    stored = {of_motion.motion: of_motion for of_motion in read}
     motions = {}
-    boundaries: list[CheckedBoundary] = []
+    all_checked: list[CheckedBoundary] = []
     repeats = []
     searches_differ = 0.0
     for name, stem in MOTIONS.items():
         scene = scene_of(name, scenes[stem])
-        of_motion = [checked_boundary(scene, curve) for curve in stored[name].boundaries]
-        boundaries += of_motion
-        motions[name] = motion(scene, stored[name], [one.boundary for one in of_motion])
+        checked = [checked_boundary(scene, curve) for curve in stored[name].boundaries]
+        all_checked += checked
+        motions[name] = motion(scene, stored[name], [c.boundary for c in checked])
         repeats.append(repeat(scene, stored[name].least))
         for shown in motions[name].margins:
             if inside(motions[name], shown):
                 searches_differ = max(searches_differ, shown.spread)
-    checked = Checked(
-        cycles=sum(len(one.boundary.points) for one in boundaries),
-        closure=max(one.closure for one in boundaries),
-        critical=max(one.critical for one in boundaries),
-        repeated=sum(one.repeated for one in repeats),
-        held=sum(one.held for one in repeats),
+    check = Checked(
+        cycles=sum(len(c.boundary.points) for c in all_checked),
+        closure=max(c.closure for c in all_checked),
+        critical=max(c.critical for c in all_checked),
+        repeated=sum(r.repeated for r in repeats),
+        held=sum(r.held for r in repeats),
     )
-    return Coexistence(motions=motions, checked=checked, searches_differ=searches_differ)
+    return Coexistence(motions=motions, checked=check, searches_differ=searches_differ)
 
 
 def inside(motion: Motion, margin: Margin) -> bool:
@@ -420,14 +422,14 @@ def inside(motion: Motion, margin: Margin) -> bool:
     return low < margin.zeta < height_at(motion.boundaries, "a", margin.a)
 
 
-def sentences(found: Coexistence) -> Mapping[str, bool]:
-    """What the paper says of the coexistence."""
-    if found.left_out or found.checked is None:
+def sentences(record: Coexistence) -> Mapping[str, bool]:
+    """What the paper says of the coexistence, and whether it holds."""
+    if record.left_out or record.checked is None:
         return {}
-    points = found.motions["b1-d"]
-    line = found.motions["b2-d-integral"]
-    printed = found.motions["b2-d-mean"]
-    every = (points, line, printed)
+    points = record.motions["b1-d"]
+    line = record.motions["b2-d-integral"]
+    printed = record.motions["b2-d-mean"]
+    all_boundaries = [*points.boundaries, *line.boundaries, *printed.boundaries]
 
     def points_need_less(on_points: Margin) -> bool:
         """Whether the line needs more than twice as much at the same dampings, or never lasts."""
@@ -436,11 +438,16 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
             return on_points.micrometres is not None
         return (on_points.micrometres or np.inf) < 0.5 * on_line.micrometres
 
-    def grows_with_modal_damping(one: Motion) -> bool:
+    def grows_with_modal_damping(motion: Motion) -> bool:
         """Whether the least disturbances grow with it at `A_OVER_FRICTION`, where any lasts."""
-        at_one_a = [m.compressions for m in one.margins if m.a == A_OVER_FRICTION]
+        at_one_a = [m.compressions for m in motion.margins if m.a == A_OVER_FRICTION]
         lasting = [size for size in at_one_a if size is not None]
         return lasting == sorted(lasting)
+
+    def lasts_below_the_folds_alone(motion: Motion) -> bool:
+        """Whether a disturbance that lasts was found where the stable cycle exists, and only
+        there."""
+        return all((m.compressions is not None) == inside(motion, m) for m in motion.margins)
 
     def is_strip_below_the_line(a: float) -> bool:
         """Whether cycles of the printed law exist between two close modal dampings, of which the
@@ -450,20 +457,14 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
         return 0.9 * height < floor < height < 0.5 * height_at(line.boundaries, "a", a)
 
     return {
-        "stored-cycles-close-and-are-critical": found.checked.closure < 1e-6
-        and found.checked.critical < 1e-6
-        and found.checked.held == found.checked.repeated,
+        "stored-cycles-close-and-are-critical": record.checked.closure < 1e-6
+        and record.checked.critical < 1e-6
+        and record.checked.held == record.checked.repeated,
         "points-coexist-at-every-contact-damping": points.closes is None
-        and all(
-            height_at(points.boundaries, "a", one.a) > max(one.zeta, 0.01) for one in points.sliding
-        ),
+        and all(height_at(points.boundaries, "a", p.a) > max(p.zeta, 0.01) for p in points.sliding),
         "line-ceases-to-coexist-at-high-contact-damping": line.closes is not None
         and 0.13 < line.closes < 0.15,
-        "motions-last-below-the-folds-alone": all(
-            (margin.compressions is not None) == inside(one, margin)
-            for one in (points, line)
-            for margin in one.margins
-        ),
+        "motions-last-below-the-folds-alone": all(map(lasts_below_the_folds_alone, (points, line))),
         "printed-law-coexists-in-a-strip-at-the-reference-friction": all(
             map(is_strip_below_the_line, (0.003, 0.01))
         ),
@@ -472,11 +473,9 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
             and floor_at(printed.boundaries, "mu", mu) == 0.0
             for mu in (0.39, 0.42)
         ),
-        "no-boundary-asks-for-tension": all(
-            curve.factor > 0.0 for one in every for curve in one.boundaries
-        ),
+        "no-boundary-asks-for-tension": all(curve.factor > 0.0 for curve in all_boundaries),
         "points-need-the-smaller-disturbance": all(
-            points_need_less(one) for one in points.margins if one.compressions is not None
+            points_need_less(m) for m in points.margins if m.compressions is not None
         ),
         "margin-grows-with-modal-damping": grows_with_modal_damping(points)
         and grows_with_modal_damping(line),

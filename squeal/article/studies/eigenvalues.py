@@ -184,8 +184,8 @@ def examined(scene: Scene) -> EquilibriumPoles | Missing:
     except ComputationError as error:
         return Missing(str(error))
     rows = poles(analysis.matrices)
-    upper = np.array([complex(p.real, p.imag) for p in rows])
-    own = np.array([e.value for e in analysis.spectrum.eigenvalues])
+    upper = np.array([complex(p.real, p.imag) for p in rows])  # of the upper half plane
+    own = np.array([e.value for e in analysis.spectrum.eigenvalues])  # by squeal
     assert analysis.R_n is not None
     assert without_friction.R_n is not None
     return EquilibriumPoles(
@@ -242,7 +242,7 @@ def friction_loop(scene: Scene) -> FrictionLoop:
     to_lengths = np.diag([1.0, 1.0, 1.0 / pad.w])  # theta from w theta
     K_0 = linearise(model.replace(mu=0.0), q, analysis.state).K
     K_1 = linearise(model.replace(mu=1.0), q, analysis.state).K
-    phi = to_lengths @ (K_0 - K_1) @ to_lengths / pad.k1
+    phi = to_lengths @ (K_0 - K_1) @ to_lengths / pad.k1  # over w theta, in units of k1
     left, singular_values, right = np.linalg.svd(phi)
     rank = int(np.sum(singular_values > RANK * singular_values[0]))
     return FrictionLoop(
@@ -284,12 +284,13 @@ def gain_margins(loop: FrictionLoop) -> list[float]:
     """
     import control
 
-    open_loop = -loop.plant
-    found = np.asarray(control.stability_margins(open_loop, returnall=True)[0]).tolist()
+    open_loop = -loop.plant  # python-control feeds back with the opposite sign
+    margins, *_ = control.stability_margins(open_loop, returnall=True)
+    gains = np.asarray(margins).tolist()
     static = float(np.real(open_loop(0.0)))
     if static < 0.0:
-        found.append(-1.0 / static)
-    return sorted(gain for gain in found if 0.0 < gain <= GREATEST)
+        gains.append(-1.0 / static)
+    return sorted(gain for gain in gains if 0.0 < gain <= GREATEST)
 
 
 def critical_gain(loop: FrictionLoop, gains: np.ndarray, values: np.ndarray) -> float | None:
@@ -312,7 +313,8 @@ def modulus_margin(loop: FrictionLoop, mu: float) -> float:
     """Least distance of the Nyquist curve of a loop of one input at gain mu from -1."""
     import control
 
-    return float(control.stability_margins(-mu * loop.plant)[2])
+    _gain, _phase, modulus, *_ = control.stability_margins(-mu * loop.plant)
+    return float(modulus)
 
 
 def tracked(values: np.ndarray) -> np.ndarray:
@@ -390,9 +392,9 @@ def loop_of(scene: Scene) -> Loop | Missing:
         followed = followed_poles(damped, gains)
     except ComputationError as error:
         return Missing(str(error))
-    values = closed_poles(loop, gains)
+    values = closed_poles(loop, gains)  # (gains, 6)
     by_poles = critical_gain(loop, gains, values)
-    frozen = by_poles
+    frozen = by_poles  # the critical gain that is reported
     modulus = None
     # a loop of one input has a gain margin, which is the same gain by a second method
     if loop.inputs.shape[1] == 1:
@@ -426,12 +428,9 @@ def study(files: Sequence[Path]) -> Eigenvalues:
     scenes = read_scenes(files, HISTORY_FIGURES)
     undamped = {name: examined(scene) for name, scene in scenes.items()}
     loops = {name: loop_of(scene) for name, scene in scenes.items()}
-    every = (*undamped.values(), *loops.values())
-    return Eigenvalues(
-        scenes=undamped,
-        loops=loops,
-        apart=max((one.apart for one in every if not isinstance(one, Missing)), default=0.0),
-    )
+    examined_scenes = (*undamped.values(), *loops.values())
+    distances = [e.apart for e in examined_scenes if not isinstance(e, Missing)]
+    return Eigenvalues(scenes=undamped, loops=loops, apart=max(distances, default=0.0))
 
 
 def sentences(record: Eigenvalues) -> Mapping[str, bool]:
@@ -439,43 +438,43 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
 
     Of cases without a loop the first sentence is False; the others speak of those that have one.
     """
-    loops = {name: one for name, one in record.loops.items() if isinstance(one, Loop)}
-    points = [one for name, one in loops.items() if name.startswith("b1")]
-    line = {name[-1]: one for name, one in loops.items() if name.startswith("b2")}
+    loops = {name: loop for name, loop in record.loops.items() if isinstance(loop, Loop)}
+    points = [loop for name, loop in loops.items() if name.startswith("b1")]
+    line = {name[-1]: loop for name, loop in loops.items() if name.startswith("b2")}  # by case
     past_margin = [
-        name for name, one in loops.items() if one.margin is not None and one.margin < 1.0
+        name for name, loop in loops.items() if loop.margin is not None and loop.margin < 1.0
     ]
 
-    def margin_agrees(one: Loop) -> bool:
+    def margin_agrees(loop: Loop) -> bool:
         """Whether both methods find the same critical gain, or neither finds one."""
-        if one.frozen is None or one.by_poles is None:
-            return one.frozen == one.by_poles
-        return abs(one.frozen - one.by_poles) < 1e-7
+        if loop.frozen is None or loop.by_poles is None:
+            return loop.frozen == loop.by_poles
+        return abs(loop.frozen - loop.by_poles) < 1e-7
 
     def frozen_as_followed(case: str) -> bool:
         """Whether both equilibria of the line lose stability, at nearly the same friction."""
-        one = line.get(case)
-        if one is None or one.frozen is None or one.followed is None:
+        loop = line.get(case)
+        if loop is None or loop.frozen is None or loop.followed is None:
             return False
-        return abs(one.frozen - one.followed) < 1e-3 * one.followed
+        return abs(loop.frozen - loop.followed) < 1e-3 * loop.followed
 
     def stays_stable(case: str) -> bool:
         """Whether the equilibrium that follows friction stays stable up to the greatest friction,
         or to where its branch ends, while the frozen one loses stability."""
-        one = line.get(case)
-        return one is not None and one.frozen is not None and one.followed is None
+        loop = line.get(case)
+        return loop is not None and loop.frozen is not None and loop.followed is None
 
     return {
         "python-control-agrees-with-own-eigenvalues": record.apart < AGREES
         and len(loops) == len(record.loops),
         "friction-is-one-loop-on-the-line-and-two-on-points": all(
-            one.inputs == 1 for one in line.values()
+            loop.inputs == 1 for loop in line.values()
         )
-        and all(one.inputs == 2 and one.second < 1e-3 for one in points),
+        and all(loop.inputs == 2 and loop.second < 1e-3 for loop in points),
         "gain-margin-agrees-with-root-locus": all(map(margin_agrees, loops.values())),
-        "no-friction-destabilises-the-frozen-points": all(one.frozen is None for one in points),
+        "no-friction-destabilises-the-frozen-points": all(loop.frozen is None for loop in points),
         "frozen-equilibrium-of-the-line-loses-stability-in-every-case": all(
-            one.frozen is not None for one in line.values()
+            loop.frozen is not None for loop in line.values()
         ),
         "b2-c-alone-is-past-its-gain-margin": past_margin == ["b2-c"],
         "frozen-and-followed-agree-in-c-and-d": all(map(frozen_as_followed, "cd")),

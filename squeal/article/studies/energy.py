@@ -103,24 +103,24 @@ def motion(scene: Scene, with_curves: bool = False) -> Motion | Missing:
         works = contact_work(scene)
     except ComputationError as error:
         return Missing(str(error))
-    c = works.energies
+    e = works.energies
     # what the motion holds less all work that was done on it: constant if the balance closes
-    balance = c.kinetic + c.springs - c.load - c.normal - c.friction - c.damping
+    balance = e.kinetic + e.springs - e.load - e.normal - e.friction - e.damping
     curves = {
-        "t": 1e3 * c.t,
-        "kinetic": c.kinetic,
-        "elastic": c.springs + c.contact,
-        "friction": c.friction,
-        "load": c.load,
-        "law": c.fed,
+        "t": 1e3 * e.t,
+        "kinetic": e.kinetic,
+        "elastic": e.springs + e.contact,
+        "friction": e.friction,
+        "load": e.load,
+        "law": e.fed,
     }
     return Motion(
         friction=works.friction,
-        load=float(c.load[-1]),
+        load=float(e.load[-1]),
         law=works.fed,
         kinetic=works.kinetic,
         residue=float(np.ptp(balance)) / works.kinetic,
-        episodes=tuple(Episode(1e3 * s.start, 1e3 * s.stop, s.fed) for s in works.excursions),
+        episodes=tuple(Episode(1e3 * x.start, 1e3 * x.stop, x.fed) for x in works.excursions),
         curves=_thinned(curves) if with_curves else {},
     )
 

@@ -34,7 +34,7 @@ CONFIDENCE = 0.95
 SLOW = 5.0  # m/s, a slower surface
 CLOSE = 7  # independent statements that a random set close to the article satisfies at least
 KINDS = ("printed", "shuffled", "screened", "bounded")  # of searches
-MODELS = {"points": (0,), "line": (1,), "either": (0, 1)}  # places in a text "points/line"
+MODELS = {"points": (0,), "line": (1,), "either": (0, 1)}  # indices of parts of "points/line"
 # sets that are computed again: how many, and the seed that chooses them
 SAMPLE = 20
 SAMPLE_SEED = 1
@@ -153,10 +153,10 @@ def _is(name: str, wanted: str) -> Property:
     """Whether a verdict with more than two answers is the wanted one."""
 
     def answer(row: Row) -> str:
-        found = verdict(row, name)
-        if found in (UNDECIDED, NOT_APPLICABLE):
-            return found
-        return YES if found == wanted else NO
+        letter = verdict(row, name)
+        if letter in (UNDECIDED, NOT_APPLICABLE):
+            return letter
+        return YES if letter == wanted else NO
 
     return answer
 
@@ -199,13 +199,13 @@ def _separates(flutters: bool) -> Property:
 def lasts(text: str, models: Sequence[int]) -> str:
     """Whether contact goes on changing beside stable sliding in some case of some models, from the
     cases that `lasting` names."""
-    found = [_cases_of(text, model) for model in models]
-    known = [cases for cases in found if cases != NOT_APPLICABLE]
-    if not known:
+    by_model = [_cases_of(text, model) for model in models]
+    applicable = [cases for cases in by_model if cases != NOT_APPLICABLE]
+    if not applicable:
         return NOT_APPLICABLE
-    if any(cases not in ("", UNDECIDED) for cases in known):
+    if any(cases not in ("", UNDECIDED) for cases in applicable):
         return YES
-    return UNDECIDED if UNDECIDED in known else NO
+    return UNDECIDED if UNDECIDED in applicable else NO
 
 
 def _longer_by_load() -> dict[str, Property]:
@@ -249,7 +249,7 @@ def agrees(stored: Row, again: Row) -> bool:
     """Whether a set that is computed again says the same as far as it is decided."""
     if stored.outcome != again.outcome:
         return False
-    if not stored.verdicts:
+    if not stored.verdicts:  # a motion left the model, or there is no start
         return True
     # a bit for each statement, in hexadecimal
     undecided = int(stored.undecided, 16) | int(again.undecided, 16)
@@ -283,14 +283,14 @@ def sampled(rows: Sequence[Row], count: int = SAMPLE, seed: int = SAMPLE_SEED) -
 
 def _search(searches: Sequence[control.StoredSearch]) -> Search:
     """Searches of one kind together."""
-    counts = [len(one.satisfied) for one in searches]
-    ends = [one.row for one in searches if one.row is not None]
+    counts = [len(search.satisfied) for search in searches]
+    ends = [search.row for search in searches if search.row is not None]
     return Search(
         satisfied=tuple(counts),
         least=min(counts),
         median=float(np.median(counts)),
         best=max(counts),
-        sets=sum(one.sets for one in searches),
+        sets=sum(search.sets for search in searches),
         valid=sum(row.outcome == "valid" for row in ends) if ends else None,
     )
 
@@ -301,24 +301,27 @@ def _shares(groups: Mapping[str, Sequence[Row]]) -> dict[str, dict[str, Share]]:
     for name, answer in PROPERTIES.items():
         shares[name] = {}
         for group, rows in groups.items():
-            found = share([answer(row) for row in rows])
-            if found is not None:
-                shares[name][group] = found
+            of_group = share([answer(row) for row in rows])
+            if of_group is not None:
+                shares[name][group] = of_group
     return shares
 
 
 def _coexist(damped: Sequence[lasting.Lasting]) -> dict[str, Share]:
-    """By model how many damped sets lose contact on and on beside stable sliding."""
+    """By model the share of damped sets with sustained loss of contact beside stable sliding."""
     shares = {}
     for name, models in MODELS.items():
-        found = share([lasts(one.cases, models) for one in damped])
-        if found is not None:
-            shares[name] = found
+        of_model = share([lasts(of_set.cases, models) for of_set in damped])
+        if of_model is not None:
+            shares[name] = of_model
     return shares
 
 
 def study(files: Sequence[Path]) -> Ensemble:
-    """What the stored sets and searches say."""
+    """What the stored sets and searches say.
+
+    files: the table of random sets, the cases of damped ones, and the searches.
+    """
     table, damped_file, searches_file = files
     rows = population.read(table)
     heights = population.drawn()["h"][: len(rows)].tolist()
@@ -336,7 +339,9 @@ def study(files: Sequence[Path]) -> Ensemble:
     counts = [satisfied(row) for row in valid]
     damped = lasting.read(damped_file)
     stored = read_json(control.Searches, searches_file).searches
-    searches = {kind: _search([one for one in stored if one.kind == kind]) for kind in KINDS}
+    searches = {}
+    for kind in KINDS:
+        searches[kind] = _search([search for search in stored if search.kind == kind])
     printed = searches["printed"]
     shuffled = searches["shuffled"]
     return Ensemble(
@@ -365,9 +370,11 @@ def sentences(record: Ensemble) -> Mapping[str, bool]:
     """What the paper says of random sets and of searches."""
 
     def low(name: str) -> float:
+        """The lower end of the interval of a share of all valid sets."""
         return record.shares[name]["all"].interval[0]
 
     def high(name: str) -> float:
+        """Its upper end."""
         return record.shares[name]["all"].interval[1]
 
     either = record.coexist["either"]

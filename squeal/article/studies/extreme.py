@@ -120,20 +120,21 @@ class Case(NamedTuple):
 def compared(scene: Scene, motion: Simulation) -> Errors:
     """Errors of the final place; infinite if other contact changes are found."""
     units, *_ = in_natural_units(scene)
-    place = units.to_scaled(np.array(motion.final[1:]))[:3]
+    final_state = np.array(motion.final[1:])  # after the time
+    position = units.to_scaled(final_state)[:3]  # x, y and w theta
     exact = reference(scene)
     second = _independent.motion(
         scene.model, scene.pad, np.array(scene.initial), np.array([scene.stop])
     )
-    second_place = units.to_scaled(second.states[0])[:3]
+    second_position = units.to_scaled(second.states[0])[:3]
 
     def error(other: np.ndarray, changes: int) -> float:
-        return error_against(place, other) if changes == motion.contact_changes else math.inf
+        return error_against(position, other) if changes == motion.contact_changes else math.inf
 
     return Errors(
         f"second method; {precision_in_words()}",
-        independent=error(second_place, len(second.times)),
-        rounding=error(exact.place, len(exact.times)),
+        independent=error(second_position, len(second.times)),
+        rounding=error(exact.position, len(exact.times)),
     )
 
 
@@ -149,9 +150,9 @@ def drift(scene: Scene, motion: Simulation) -> Errors:
 
 
 def in_units(scene: Scene, mass: float, length: float, time: float) -> Scene:
-    """A motion in other units."""
-    place = np.array([length, length, 1.0])
-    initial = np.array(scene.initial) / np.concatenate([place, place / time])
+    """The same motion in other units, whose sizes are given in those of the scene."""
+    displacements = np.array([length, length, 1.0])  # units of x, y and theta
+    initial = np.array(scene.initial) / np.concatenate([displacements, displacements / time])
     pad = scene.pad.scaled(mass, length, time)
     stop = (scene.stop or 0.0) / time
     return replace(scene, pad=pad, initial=tuple(initial.tolist()), stop=stop)
@@ -168,8 +169,8 @@ def bounce_times(pad: Pad, height: float, cycles: int) -> np.ndarray:
     down from y = 0 and back up to it, in the time 2 (pi - phi) / omega_contact with
     tan(phi) = (speed / omega_contact) / (F_n/K).
     """
-    k = pad.k1 + pad.k2
-    K = k + (pad.k3 or 0.0) + (pad.k4 or 0.0)
+    k = pad.k1 + pad.k2  # in the air
+    K = k + (pad.k3 or 0.0) + (pad.k4 or 0.0)  # in contact
     omega_free = math.sqrt(k / pad.m)
     omega_contact = math.sqrt(K / pad.m)
     r = k * height / pad.F_n
@@ -177,6 +178,7 @@ def bounce_times(pad: Pad, height: float, cycles: int) -> np.ndarray:
     speed = math.sqrt((2 * pad.F_n * height + k * height**2) / pad.m)
     half_phase = math.pi - math.atan2(speed / omega_contact, pad.F_n / K)
     in_contact = 2 * half_phase / omega_contact
+    # both edges touch after the fall, and separate after the time in contact
     bounce = np.array([fall, fall, fall + in_contact, fall + in_contact])
     return np.concatenate([n * (2 * fall + in_contact) + bounce for n in range(cycles)])
 

@@ -24,21 +24,21 @@ def study(files: Sequence[Path]) -> Findings:
 
 def sentences(record: Findings) -> dict[str, bool]:
     """What the paper says of the findings."""
-    every = {one.id: one for one in record.findings}
-    law = every["E4"].measured
-    conditions = every["E9"].measured
+    by_id = {finding.id: finding for finding in record.findings}
+    law = by_id["E4"].measured
+    conditions = by_id["E9"].measured
     # energy over the greatest kinetic energy; missing where the model ends
     printed_law_feeds = law.get("fed_mean", 0.0) > 0.01 > abs(law.get("fed_integral", 0.0))
     map_grows = conditions["complete"] > 2.0 * conditions["as_printed"]
 
     def of_kind(kind: str) -> set[str]:
-        return {name for name, one in every.items() if one.kind == kind}
+        return {finding.id for finding in record.findings if finding.kind == kind}
 
-    figures = {name: one.affects for name, one in every.items() if one.affects.startswith("Fig")}
-    said = {"E4": "Figs. 9 to 12 where contact is partial", "E9": "Fig. 13"}
+    figures = {f.id: f.affects for f in record.findings if f.affects.startswith("Fig")}
+    in_paper = {"E4": "Figs. 9 to 12 where contact is partial", "E9": "Fig. 13"}
     return {
         "e4-e9-and-e12-change-results": of_kind("changes a result") == {"E4", "E9", "E12"},
-        "e4-and-e9-change-figures": figures == said and printed_law_feeds and map_grows,
+        "e4-and-e9-change-figures": figures == in_paper and printed_law_feeds and map_grows,
         "e1-and-e15-may-be-extraction": of_kind("possibly extraction") == {"E1", "E15"},
-        "wrong-frame-of-delta-hardly-matters": every["E5"].measured["apart"] < 0.05,
+        "wrong-frame-of-delta-hardly-matters": by_id["E5"].measured["apart"] < 0.05,
     }

@@ -98,10 +98,11 @@ def grazing(scene: Scene) -> Grazing:
     blows = []
     for i, ratio in enumerate(RATIOS):
         case = case_of(late, i)
+        _leading, trailing = case.heaviest
         blows.append(
             Blow(
                 ratio=ratio,
-                trailing=case.heaviest[1],
+                trailing=trailing,
                 alone=case.shares.get(TRAIL, 0.0),
                 full=case.shares.get(FULL, 0.0),
             )
@@ -125,7 +126,7 @@ def sentences(record: Grazing) -> Mapping[str, bool]:
     """What the paper says of these blows."""
     if record.left_out:
         return {}
-    grazes = record.grazes or np.nan  # a ratio that was not found fails all comparisons
+    grazes = record.grazes or np.nan  # a ratio that does not exist fails all comparisons
     crosses = record.crosses or np.nan
     weak = [blow for blow in record.blows if blow.ratio < grazes]
     strong = [blow.trailing for blow in record.blows if blow.ratio > grazes]

@@ -84,12 +84,13 @@ def equilibrium_contact(scene: Scene) -> State | None:
 
 
 def motion(case: Case, in_equilibrium: State | None) -> Motion:
-    """What a case and the contact state of its equilibrium, None without one, say."""
+    """The motion of a measured case, and the contact state of its equilibrium, None without one."""
+    leading, trailing = case.heaviest
     return Motion(
         hammers=hammers(case).margin > 0.0,
         turns={str(level): n for level, n in zip(LEVELS, case.blows, strict=True)},
-        leading=case.heaviest[0],
-        trailing=case.heaviest[1],
+        leading=leading,
+        trailing=trailing,
         vanishes=min(case.vanishes),
         lost=None if in_equilibrium is None else lost_share(case.shares, in_equilibrium),
         apart=lost_share(case.shares, FULL),
@@ -117,12 +118,12 @@ def least_height(scene: Scene) -> float | None:
     if not any(lost):
         return None
     step = KICKS[0]  # `KICKS` begins one step above the equilibrium
-    below = float(KICKS[lost.index(True)]) - step
-    finer = np.arange(1, FINER + 1) * step / FINER
-    lost = _lose_contact(scene, equilibrium, below + finer)
+    below = float(KICKS[lost.index(True)]) - step  # the last height without a loss
+    finer = below + np.arange(1, FINER + 1) * step / FINER
+    lost = _lose_contact(scene, equilibrium, finer)
     if not any(lost):  # the last height is that of `KICKS` but for rounding, which may decide
         return None
-    return float(below + float(finer[lost.index(True)]))
+    return float(finer[lost.index(True)])
 
 
 def reference_height(scene: Scene) -> float:
@@ -135,8 +136,8 @@ def reference_height(scene: Scene) -> float:
 
 def mean_lost(motions: Mapping[str, Motion], model: str) -> float:
     """Mean of `lost` over the four cases of a model, 0 of a case without equilibrium."""
-    of_model = [one for name, one in motions.items() if name.startswith(model.lower())]
-    return sum(one.lost or 0.0 for one in of_model) / len(of_model)
+    of_model = [m for name, m in motions.items() if name.startswith(model.lower())]
+    return sum(m.lost or 0.0 for m in of_model) / len(of_model)
 
 
 def locked_cases(scenes: Mapping[str, Scene]) -> dict[str, tuple[str, ...]]:
@@ -196,15 +197,14 @@ def heights_between(amplitude: Mapping[str, float | None], low: str, high: str) 
 
 def sentences(record: Hammering) -> Mapping[str, bool]:
     """What the paper says of these motions."""
+    # cases that hammer by model, by least impulse and observation time, and by the latter alone
     by_level_and_time = record.hammering
     by_time = {windows: by_level_and_time[f"{LEVEL}, {windows}"] for windows in WINDOWS}
     # over one observation time
     first = {name: by_windows["1"] for name, by_windows in record.motions.items()}
-    lost = {name: one.lost or 0.0 for name, one in first.items()}
-    points_separated = {name for name, one in first.items() if name[:2] == "b1" and one.apart > 0.0}
-    line_separated = {
-        name for name, one in first.items() if name[:2] == "b2" and one.separated > 0.0
-    }
+    lost = {name: m.lost or 0.0 for name, m in first.items()}
+    points_separated = {name for name, m in first.items() if name[:2] == "b1" and m.apart > 0.0}
+    line_separated = {name for name, m in first.items() if name[:2] == "b2" and m.separated > 0.0}
     strong_blows = [by_level_and_time[f"0.5, {windows}"]["B1"] for windows in WINDOWS]
     return {
         "points-separate-in-all-cases-the-line-in-c": len(points_separated) == len(CASES)

@@ -72,7 +72,7 @@ def _run(scene: Scene, count: int) -> Simulation | Missing:
         return Missing(str(error))
 
 
-def _places(scene: Scene, run: Simulation) -> np.ndarray:
+def _positions(scene: Scene, run: Simulation) -> np.ndarray:
     """x, y and w theta over time, (3, n)."""
     assert run.history is not None
     return np.array([run.history["x"], run.history["y"], scene.pad.w * run.history["theta"]])
@@ -83,13 +83,13 @@ def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Con
     assert run.shares is not None
     assert run.events is not None
     assert run.extrema is not None
-    on_line = _places(scene, line)
-    difference = np.abs(_places(scene, run) - on_line).max()
-    reaction = run.extrema["Rn"]
+    on_line = _positions(scene, line)
+    difference = np.abs(_positions(scene, run) - on_line).max()
+    reaction = run.extrema["Rn"]  # (least, greatest) over F_n; None without contact
     return Contact(
         count=count,
-        lost=1.0 - run.shares["FC"],
-        apart=run.shares["SS"],
+        lost=1.0 - run.shares["FC"],  # full contact
+        apart=run.shares["SS"],  # surfaces separated
         losses=sum(event.target == "SS" for event in run.events),
         peak=reaction[1] if reaction else 0.0,
         off=float(difference / np.ptp(on_line, axis=1).max()),

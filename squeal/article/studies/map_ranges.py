@@ -120,7 +120,8 @@ def _angles(cells: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _shares(pad: Pad) -> tuple[np.ndarray, np.ndarray]:
-    """Shares of both readings of (23a, b) over all combinations of `VALUES`."""
+    """Shares of the map on which both readings of (23a, b) hold, over all combinations of `VALUES`:
+    arrays (h/w, k2/k1, mu)."""
     angles = _angles(CELLS)
     ratios, springs, frictions = VALUES.values()
     shape = (len(ratios), len(springs), len(frictions))
@@ -213,6 +214,7 @@ def study(files: Sequence[Path]) -> MapRanges:
     printed, complete = _shares(pad)
     sweeps = {}
     for axis, (name, values) in enumerate(VALUES.items()):
+        # at each value whether both readings hold at all points of the map
         holds = [bounds(with_other(name, v), _angles(CELLS)) for v in values.tolist()]
         other_axes = tuple(i for i in range(len(VALUES)) if i != axis)
         sparse = values[np.linspace(0, len(values) - 1, SPARSE).astype(int)]
@@ -220,8 +222,8 @@ def study(files: Sequence[Path]) -> MapRanges:
         sweeps[name] = Sweep(
             own=of_scene[name],
             values=tuple(values.tolist()),
-            printed=tuple(float(one.as_printed.mean()) for one in holds),
-            complete=tuple(float(one.complete.mean()) for one in holds),
+            printed=tuple(float(at_value.as_printed.mean()) for at_value in holds),
+            complete=tuple(float(at_value.complete.mean()) for at_value in holds),
             low=tuple(printed.min(axis=other_axes).tolist()),
             high=tuple(printed.max(axis=other_axes).tolist()),
             sparse=tuple(sparse.tolist()),

@@ -28,7 +28,7 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.linear import CriticalPoint, complex_eigenvalues
-from squeal.model.contact import NONE
+from squeal.model.contact import FULL, NONE, STATES
 from squeal.model.equations import PadModel
 from squeal.queries.cycles import Orbit
 from squeal.queries.cycles import cycles as periodic_motions
@@ -41,7 +41,7 @@ RATIOS = (0.001, 0.005, 0.01, 0.02)
 RATIO = 0.005  # of the cycles
 LATE = 40  # observation times until a motion is looked at
 LONGER = 150  # until it is looked at again if it goes on
-SEEN = 2  # over which it is looked at
+OBSERVED = 2  # over which it is then observed
 BOX = 3.0  # half-width of the box of initial conditions, over the static compression
 SEED = 0  # of the draws from it
 STARTS = 100  # drawn
@@ -57,11 +57,12 @@ GREATEST = 0.8  # largest mu on it
 NEAR = 1e-6  # of their size: returns this near are the same
 ROUNDING = 1e-4  # of a multiplier
 CONTACT = (1e-3, 1e-2, 1e-1, 1.0)  # s/m, of Hunt and Crossley's law
+FULL_CONTACT = STATES.index(FULL)  # column of the measured shares of time
 Share = Annotated[float, ".1%"]
 
 
 class Settled(Record):
-    """What a motion does after a long time, over `SEEN` windows.
+    """What a motion does after a long time, over `OBSERVED` observation times.
 
     lost: share of the time in which some edge is separated, 0 where contact does not change;
     airborne: share in which both are; peak: of the contact force over F_n, the sum of both edges;
@@ -188,7 +189,7 @@ class Onset(Result):
     ratios: tuple[float, ...] = RATIOS
     windows: int = LATE
     longer: int = LONGER
-    seen: int = SEEN
+    seen: int = OBSERVED
     box: float = BOX
     seed: int = SEED
     starts: int = STARTS
@@ -211,8 +212,8 @@ def damped(scene: Scene, ratio: float) -> Scene:
 
 def run(begun: Sequence[Begun], stop: float | np.ndarray, measure: Measure | None = None) -> Arrays:
     """Motions of one model and formulation, all over one time or each over its own (n,)."""
-    states = np.array([each.state for each in begun])
-    return simulate_damped([each.model for each in begun], states, stop, TOLERANCE, measure)
+    states = np.array([motion.state for motion in begun])
+    return simulate_damped([motion.model for motion in begun], states, stop, TOLERANCE, measure)
 
 
 class ForcePeaks(NamedTuple):
@@ -231,9 +232,9 @@ def force_peaks(case: Case, line: bool) -> ForcePeaks:
 
 
 def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
-    """What a measured case says of a settled motion.
+    """A settled motion from its measures.
 
-    changes: of contact; full: share of time in full contact; line: the case is one of B2.
+    changes: how many of contact; full: share of time in full contact; line: the case is one of B2.
     """
     lost = 1.0 - full if changes else 0.0
     airborne = case.shares.get(NONE, 0.0)
@@ -270,42 +271,43 @@ class Late(NamedTuple):
     ceased: int = 0
 
 
-def settle(begun: Sequence[Begun], before: float, seen: float) -> Late:
-    """The motions after a time `before`, and what they do for a time `seen` from then on."""
-    line = not begun[0].model.law.plotted[1].is_force
+def settle(begun: Sequence[Begun], before: float, observed: float) -> Late:
+    """The motions after a time `before`, and what they do for a time `observed` from then on, s."""
+    _, second_signal = begun[0].model.law.plotted
+    line = not second_signal.is_force  # on the line it is delta
     first = run(begun, before)
     ends = first["final"]
-    valid = np.flatnonzero(first["valid"]).tolist()
-    found: list[Settled | None] = [None] * len(begun)
+    valid = np.flatnonzero(first["valid"]).tolist()  # indices of motions that reach this time
+    settled: list[Settled | None] = [None] * len(begun)
     if not valid:
-        return Late(ends, found)
-    late = run([Begun(begun[i].model, ends[i]) for i in valid], seen, measures)
+        return Late(ends, settled)
+    late = run([Begun(begun[i].model, ends[i]) for i in valid], observed, measures)
     for row, i in enumerate(valid):
         if late["valid"][row]:
             case = case_of(late, row, begun[i].model.pad.V)
-            full = float(late["shares"][row, 0])
-            found[i] = _settled(case, int(late["changes"][row]), full, line)
-    return Late(ends, found)
+            full = float(late["shares"][row, FULL_CONTACT])
+            settled[i] = _settled(case, int(late["changes"][row]), full, line)
+    return Late(ends, settled)
 
 
 def settle_late(begun: Sequence[Begun], window: float) -> Late:
     """What motions do after `LATE` observation times of `window` s each.
 
-    Those that still change contact then are simulated on, and looked at again after `LONGER`.
+    Those that still change contact then are simulated on, and observed again after `LONGER`.
     """
-    states, found, _ = settle(begun, LATE * window, SEEN * window)
-    going_on = [i for i, one in enumerate(found) if one and one.goes_on]
+    states, settled, _ = settle(begun, LATE * window, OBSERVED * window)
+    going_on = [i for i, motion in enumerate(settled) if motion and motion.goes_on]
     if not going_on:
-        return Late(states, found)
+        return Late(states, settled)
     again = [Begun(begun[i].model, states[i]) for i in going_on]
-    later = settle(again, (LONGER - LATE) * window, SEEN * window)
+    later = settle(again, (LONGER - LATE) * window, OBSERVED * window)
     ceased = 0
-    for i, state, one in zip(going_on, later.states, later.settled, strict=True):
+    for i, state, motion in zip(going_on, later.states, later.settled, strict=True):
         states[i] = state
-        found[i] = one
-        if one is None or not one.goes_on:
+        settled[i] = motion
+        if motion is None or not motion.goes_on:
             ceased += 1
-    return Late(states, found, ceased)
+    return Late(states, settled, ceased)
 
 
 def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:
@@ -348,25 +350,24 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
     sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
     states = disturbed(np.array([scene.initial, *sampled]), repeat)  # the reference one first
     late = settle_late([Begun(model, state) for state in states], scene.stop)
+    reference, *others = late.settled
+    lasting = [motion for motion in others if motion and motion.goes_on]
     liveliest: Settled | None = None
-    state = np.full(6, np.nan)
-    lasting = []
-    for i, one in enumerate(late.settled):
-        if one is None or not one.goes_on:
+    state = np.full(6, np.nan)  # of the liveliest motion
+    for motion, state_of_motion in zip(late.settled, late.states, strict=True):
+        if motion is None or not motion.goes_on:
             continue
-        if i > 0:  # from another state than the reference one
-            lasting.append(one)
-        if liveliest is None or one.liveliness > liveliest.liveliness:
-            liveliest = one
-            state = late.states[i]
+        if liveliest is None or motion.liveliness > liveliest.liveliness:
+            liveliest = motion
+            state = state_of_motion
     row = After(
         ratio=ratio,
-        own=late.settled[0],
+        own=reference,
         starts=len(sampled),
         lasting=len(lasting),
-        hammering=sum(one.hammers for one in lasting),
+        hammering=sum(motion.hammers for motion in lasting),
         ceased=late.ceased,
-        unlike=float(np.ptp([one.lost for one in lasting])) if lasting else 0.0,
+        unlike=float(np.ptp([motion.lost for motion in lasting])) if lasting else 0.0,
         liveliest=liveliest,
         growth=growth_rate,
     )
@@ -376,8 +377,9 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
 def repeats(scene: Scene, ratio: float, row: After) -> list[After]:
     """The row, and where its motions forget their start, `REPEATS` more from other rounding.
 
-    They do where they last without coming to one cycle, go on long before they cease, or last from
-    a few initial conditions alone; what is counted of them then moves.
+    They do where they last without coming to one cycle (`UNLIKE`), go on for long before they cease
+    (`After.ceased`), or last from a few initial conditions alone (`FEW`); what is counted of them
+    then moves.
     """
     few = 0 < row.lasting < FEW * row.starts
     if row.unlike <= UNLIKE and not row.ceased and not few:
@@ -442,20 +444,20 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
     assert scene.stop is not None
     with_damping = damped(scene, RATIO)
     settled = dataclasses.replace(
-        with_damping, initial=tuple(state.tolist()), stop=SEEN * scene.stop, start="origin"
+        with_damping, initial=tuple(state.tolist()), stop=OBSERVED * scene.stop, start="origin"
     )
     try:
-        found = periodic_motions(settled, ("mu", 0.0, GREATEST), windows=1)
-        if found.source is None:
-            return Missing(found.reason)
-        pad, cycle = found.source
+        answer = periodic_motions(settled, ("mu", 0.0, GREATEST), windows=1)
+        if answer.source is None:
+            return Missing(answer.reason)
+        pad, cycle = answer.source
         multiplier = decay(pad, cycle)
     except ComputationError as error:
         return Missing(str(error))
     thresholds = critical_friction(with_damping, GREATEST).points
-    valid = _valid_part(found.orbits, found.own)
-    orbit_at_scene = found.orbits[found.own]
-    # by falling friction, as `Cycles.branch` has them
+    valid = _valid_part(answer.orbits, answer.own)
+    orbit_at_scene = answer.orbits[answer.own]
+    # the cycle at the scene's friction, and the branch by falling friction, see `Cycles.branch`
     own, *branch = _points(with_damping, [orbit_at_scene, *reversed(valid.orbits)])
     return Cycles(
         own=own,
@@ -465,7 +467,7 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
         branch=tuple(branch),
         fold=min(orbit.value for orbit in valid.orbits),
         reaches=valid.reaches,
-        closed=CLOSED_CURVE in found.ends,
+        closed=CLOSED_CURVE in answer.ends,
         threshold=next((point.mu for point in thresholds if point.kind == "flutter"), None),
         sliding=(growth(scene, RATIO) or 0.0) <= 0.0,
         unstable=_unstable(thresholds),
@@ -535,13 +537,13 @@ def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:
     """
     assert scene.stop is not None
     rate = np.sqrt(scene.pad.k1 / scene.pad.m)
-    kinds = {"mass": (2 * RATIO * rate, 0.0), "stiffness": (0.0, 2 * RATIO / rate)}
-    found = {}
+    kinds = {"mass": (2 * RATIO * rate, 0.0), "stiffness": (0.0, 2 * RATIO / rate)}  # alpha, beta
+    by_kind = {}
     for name, factors in kinds.items():
         model = damped_model(dataclasses.replace(scene, damping=Damping(rayleigh=factors)))
-        later = settle([Begun(model, state)], LONGER * scene.stop, SEEN * scene.stop)
-        found[name] = later.settled[0]
-    return found
+        later = settle([Begun(model, state)], LONGER * scene.stop, OBSERVED * scene.stop)
+        (by_kind[name],) = later.settled
+    return by_kind
 
 
 def contact_growth(scene: Scene, a: float) -> float:
@@ -574,8 +576,8 @@ def contact_growth(scene: Scene, a: float) -> float:
     p = np.maximum(drop - relaxed_drop - y, 0.0)
     arm = pad.h if scene.model == "B2" else drop  # of friction, as Eqs. (6) and (10) have it
     ones = np.ones(len(points))
-    loads = np.array([pad.mu * ones, ones, side + pad.mu * arm])
-    gap_derivatives = np.array([0.0 * ones, ones, side])
+    loads = np.array([pad.mu * ones, ones, side + pad.mu * arm])  # F_x, F_y and moment
+    gap_derivatives = np.array([0.0 * ones, ones, side])  # by x, y and theta
     C = a * (loads * k * p) @ gap_derivatives.T
     spectrum = complex_eigenvalues(equilibrium.matrices.M, C, equilibrium.matrices.K)
     return spectrum.dominant.growth_rate
@@ -599,7 +601,7 @@ def study(files: Sequence[Path]) -> Onset:
         return Onset(after={}, cycles={}, other_damping={}, contact_damping={}, left_out=why)
     motions = under_both_laws(scenes)
     rows: dict[str, list[After]] = {}
-    states: dict[str, np.ndarray] = {}
+    states: dict[str, np.ndarray] = {}  # of the liveliest motions at `RATIO`
     spread: list[Moved] = []
     for name, scene in motions.items():
         rows[name] = []
@@ -610,25 +612,25 @@ def study(files: Sequence[Path]) -> Onset:
             if ratio == RATIO:
                 states[name] = state
     lasting = [name for name in CYCLES if np.isfinite(states[name]).all()]
-    found: dict[str, Cycles | Missing] = {}
+    cycles_of: dict[str, Cycles | Missing] = {}
     for name in CYCLES:
-        found[name] = Missing("no motion goes on losing contact")
+        cycles_of[name] = Missing("no motion goes on losing contact")
         if name in lasting:
-            found[name] = cycles(motions[name], states[name])
+            cycles_of[name] = cycles(motions[name], states[name])
     return Onset(
         after={name: tuple(of_motion) for name, of_motion in rows.items()},
-        cycles=found,
+        cycles=cycles_of,
         other_damping={name: other_damping(motions[name], states[name]) for name in lasting},
         contact_damping={name: contact_damping(motions[name]) for name in CYCLES[1:]},
         spread=tuple(spread),
     )
 
 
-def sentences(found: Onset) -> Mapping[str, bool]:
-    """What the paper says of what lasts."""
-    if found.left_out:
+def sentences(record: Onset) -> Mapping[str, bool]:
+    """What the paper says of what lasts, and whether it holds."""
+    if record.left_out:
         return {}
-    cycles_of = {name: one for name, one in found.cycles.items() if isinstance(one, Cycles)}
+    cycles_of = {name: c for name, c in record.cycles.items() if isinstance(c, Cycles)}
     points_d = cycles_of.get("b1-d")
     line_d = cycles_of.get("b2-d-integral")
     line_c = cycles_of.get("b2-c-integral")
@@ -636,32 +638,36 @@ def sentences(found: Onset) -> Mapping[str, bool]:
 
     def lasts(name: str) -> list[float]:
         """The damping ratios at which some motion goes on losing contact."""
-        rows = found.after[name]
+        rows = record.after[name]
         return [row.ratio for row in rows if row.lasting or (row.own and row.own.goes_on)]
 
     def hammering(name: str) -> list[float]:
         """The damping ratios at which the reference motion hammers."""
-        return [row.ratio for row in found.after[name] if row.own and row.own.hammers]
+        return [row.ratio for row in record.after[name] if row.own and row.own.hammers]
 
     def comes_to_rest(name: str) -> bool:
         """Whether the reference motion comes to rest at every damping ratio."""
-        return not any(row.own and row.own.goes_on for row in found.after[name])
+        return not any(row.own and row.own.goes_on for row in record.after[name])
 
-    consistent = [name for name in found.after if not name.endswith("mean")]
+    consistent = [name for name in record.after if not name.endswith("mean")]
     resting = [name for name in consistent if comes_to_rest(name)]
-    at_ratio = {name: row for name in case_d for row in found.after[name] if row.ratio == RATIO}
+    at_ratio = {}  # the row of each motion of case (d) at `RATIO`
+    for name in case_d:
+        for row in record.after[name]:
+            if row.ratio == RATIO:
+                at_ratio[name] = row
     lively_hammering = [
         name for name, row in at_ratio.items() if row.liveliest and row.liveliest.hammers
     ]
 
     def survives_other_damping(name: str) -> bool:
         """Whether the liveliest motion goes on with each other kind; not so where none lasts."""
-        settled = found.other_damping.get(name, {}).values()
-        return bool(settled) and all(one is not None and one.goes_on for one in settled)
+        settled = record.other_damping.get(name, {}).values()
+        return bool(settled) and all(m is not None and m.goes_on for m in settled)
 
     return {
         "d-cycles-beside-stable-sliding": all(
-            one is not None and one.sliding and one.own.stable for one in (points_d, line_d)
+            c is not None and c.sliding and c.own.stable for c in (points_d, line_d)
         ),
         "b2-c-cycle-is-stable": line_c is not None and line_c.own.stable,
         "b2-d-cycle-begins-below-its-threshold": line_d is not None
@@ -669,14 +675,14 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         and line_d.fold < 0.5 * line_d.threshold,
         "b1-d-never-flutters": points_d is not None and points_d.threshold is None,
         "multipliers-agree-with-decay": all(
-            abs(one.decay - one.own.multiplier) < 1e-4 for one in cycles_of.values()
+            abs(c.decay - c.own.multiplier) < 1e-4 for c in cycles_of.values()
         ),
         "b2-c-cycle-grows-until-its-face-is-as-fast-as-the-surface": line_c is not None
         and line_c.reaches is not None
         and all(point.stable for point in line_c.branch if point.changes),
         "b2-d-cycles-form-a-closed-curve": line_d is not None and line_d.closed,
         "d-cycles-stay-slower-than-the-surface": all(
-            one is not None and one.reaches is None for one in (points_d, line_d)
+            c is not None and c.reaches is None for c in (points_d, line_d)
         ),
         "b2-c-goes-on-at-every-damping": lasts("b2-c-integral") == list(RATIOS),
         "all-others-come-to-rest": len(resting) == 7 and "b2-c-integral" not in resting,
@@ -688,10 +694,10 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         "d-comes-to-rest-with-the-printed-law": max(lasts("b2-d-mean"), default=0.0) < RATIO,
         "d-hammers-on-points-alone": lively_hammering == ["b1-d"],
         "d-flutters-with-damping-of-the-normal-force": all(
-            growth > 0.0 for one in found.contact_damping.values() for growth in one.growth.values()
+            min(by_size.growth.values()) > 0.0 for by_size in record.contact_damping.values()
         ),
         "thresholds-hardly-depend-on-damping-of-the-normal-force": all(
-            one.spread < 1e-2 * one.threshold for one in found.contact_damping.values()
+            by_size.spread < 1e-2 * by_size.threshold for by_size in record.contact_damping.values()
         ),
         "d-survives-other-damping": all(map(survives_other_damping, case_d)),
     }

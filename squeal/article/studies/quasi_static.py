@@ -58,11 +58,11 @@ class QuasiStatic(Result):
 
 
 def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
-    """The curve K31 = h K11 where R_n > 0, for mu > 0.
+    """The curve K31 = h K11 where R_n > 0, for mu > 0, as points (alpha1, alpha2) in rad.
 
-    Points but for its ends lie on the curve where it passes from cell to cell, and on chords
-    between. It ends within a cell, beside the curve, before the place at which R_n changes its
-    sign: of the traced boundaries only those between two regions of R_n > 0 belong to the curve.
+    A map has four codes, by the sign of K31 - h K11 and that of R_n; its boundaries are traced, and
+    those between two regions of R_n > 0 belong to the curve. They lie on it where it passes from
+    cell to cell, and on chords between; they end within the cell before R_n changes its sign.
     """
     angles = math.pi * (np.arange(cells) + 0.5) / cells
 
@@ -116,15 +116,15 @@ def quasi_static(
         as_printed=region("as_printed"),
         complete=region("complete"),
         state=state_curves(pad, cells),
-        cases={case: case_rows(one) for case, one in (cases or {}).items()},
-        sets={name: quasi_static_map(one, cells).share for name, one in (sets or {}).items()},
+        cases={case: case_rows(of_case) for case, of_case in (cases or {}).items()},
+        sets={name: quasi_static_map(of_set, cells).share for name, of_set in (sets or {}).items()},
     )
 
 
 def study(files: Sequence[Path]) -> QuasiStatic:
     """The map of the reference scene of model B3, and the shares of the other sets."""
     folders = by_set(files)
-    linear = {name: read_scenes(own, ["b3"])["b3"].pad for name, own in folders.items()}
+    linear = {name: read_scenes(of_set, ["b3"])["b3"].pad for name, of_set in folders.items()}
     line = read_scenes(folders[REFERENCE], [stem("B2", case) for case in CASES])
     cases = {case: line[stem("B2", case)].pad for case in CASES}
     return quasi_static(linear[REFERENCE], cases=cases, sets=linear)
@@ -134,18 +134,18 @@ def sentences(record: QuasiStatic) -> dict[str, bool]:
     """What the paper says of the map."""
     share = record.share
     cases = record.cases
-    others = [one for name, one in record.sets.items() if name != REFERENCE]
+    others = [of_set for name, of_set in record.sets.items() if name != REFERENCE]
     return {
         "printed-conditions-hold-on-a-small-part": share.as_printed < 0.1,
         "complete-conditions-hold-on-a-small-part": 0.1 < share.complete < SMALL_REGION,
         "complete-conditions-hold-on-more-than-a-quarter-with-other-sets": all(
-            SMALL_REGION < one.complete < 0.35 for one in others
+            SMALL_REGION < of_set.complete < 0.35 for of_set in others
         ),
         "printed-conditions-leave-out-a-part": all(
-            one.as_printed < one.complete for one in (share, *others)
+            of_set.as_printed < of_set.complete for of_set in (share, *others)
         ),
         "rows-contradict-each-other-in-a-and-b": all(
             cases[case].rows.x_12 > 0.0 > cases[case].rows.x_23 for case in "ab"
         ),
-        "no-case-is-on-the-curve": not any(one.exists for one in cases.values()),
+        "no-case-is-on-the-curve": not any(case.exists for case in cases.values()),
     }

@@ -69,10 +69,10 @@ class Releases(Result):
     sets: dict[str, ReleasedSet]
 
 
-def released(scene: Scene, at: Equilibrium, load: float) -> Scene:
+def released(scene: Scene, equilibrium: Equilibrium, load: float) -> Scene:
     """The scene from rest at (1 - load) R_n/k above its equilibrium, k of full contact."""
-    x, y, theta = at.q
-    height = (1.0 - load) * at.R_n / contact_stiffness(scene.pad)
+    x, y, theta = equilibrium.q
+    height = (1.0 - load) * equilibrium.R_n / contact_stiffness(scene.pad)
     return dataclasses.replace(scene, initial=(x, y + height, theta, 0.0, 0.0, 0.0), start="origin")
 
 
@@ -108,10 +108,10 @@ def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
         points = motions("B1", load)
         line = motions("B2", load)
         loads[percent(load)] = Release(
-            points=float(np.mean([one.lost for one in points])),
-            line=float(np.mean([one.lost for one in line])),
-            points_any=float(np.mean([one.apart for one in points])),
-            line_any=float(np.mean([one.apart for one in line])),
+            points=float(np.mean([m.lost for m in points])),
+            line=float(np.mean([m.lost for m in line])),
+            points_any=float(np.mean([m.apart for m in points])),
+            line_any=float(np.mean([m.apart for m in line])),
         )
     return ReleasedSet(
         cases=tuple(cases),
@@ -123,23 +123,23 @@ def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
 def study(files: Sequence[Path]) -> Releases:
     """The sets in the folders of the scene files."""
     sets = {}
-    for name, own in by_set(files).items():
-        sets[name] = released_set(read_scenes(own, HISTORY_FIGURES))
+    for name, files_of_set in by_set(files).items():
+        sets[name] = released_set(read_scenes(files_of_set, HISTORY_FIGURES))
     return Releases(sets=sets)
 
 
-def longer(one: Release) -> str:
+def longer(release: Release) -> str:
     """Which model loses contact longer: points, line, or neither by as much as `DIFFERENT`."""
-    if abs(one.points - one.line) < DIFFERENT:
+    if abs(release.points - release.line) < DIFFERENT:
         return "neither"
-    return "points" if one.points > one.line else "line"
+    return "points" if release.points > release.line else "line"
 
 
 def sentences(record: Releases) -> Mapping[str, bool]:
     """What the paper says of these releases."""
     order = {}  # by set, which model loses contact longer from each of `LOADS`
-    for name, one in record.sets.items():
-        order[name] = [longer(one.loads[percent(load)]) for load in LOADS]
+    for name, of_set in record.sets.items():
+        order[name] = [longer(of_set.loads[percent(load)]) for load in LOADS]
     first = record.sets[REFERENCE]
     line_in_set_3 = [LOADS[i] for i, model in enumerate(order["set-3"]) if model == "line"]
     return {

@@ -90,12 +90,12 @@ class Sets(Result):
     @property
     def valid(self) -> dict[str, ParameterSet]:
         """The sets in whose motions the surface is always faster than the lower face."""
-        return {name: one for name, one in self.sets.items() if not one.outruns}
+        return {name: of_set for name, of_set in self.sets.items() if not of_set.outruns}
 
     @property
     def flat(self) -> list[ParameterSet]:
         """The sets whose height allows a positive delta in case (d)."""
-        return [one for one in self.sets.values() if one.numbers["h"] < FLATTEST]
+        return [of_set for of_set in self.sets.values() if of_set.numbers["h"] < FLATTEST]
 
 
 def ratios(points: Scene, line: Scene) -> dict[str, float]:
@@ -141,16 +141,16 @@ def edges_apart(line: Scene, in_equilibrium: State) -> dict[str, float]:
     run = simulate(on_springs(line, 2).replace(V=None, outputs=("history",), samples=SAMPLES))
     assert run.history is not None
     q = np.array([run.history[name] for name in ("x", "y", "theta")])
-    off = line.pad_model.gaps(q) > 0.0
-    touching = np.array(in_equilibrium)[:, None]
+    is_separated = line.pad_model.gaps(q) > 0.0  # (edge, time)
+    touches_in_equilibrium = np.array(in_equilibrium)[:, None]
     return {
-        "lost": float(np.mean(np.any(off & touching, axis=0))),
-        "apart": float(np.mean(np.any(off, axis=0))),
+        "lost": float(np.mean(np.any(is_separated & touches_in_equilibrium, axis=0))),
+        "apart": float(np.mean(np.any(is_separated, axis=0))),
     }
 
 
 def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
-    """A set from its eight scenes."""
+    """A set from its eight scenes, by name."""
     b1 = {case: scenes[stem("B1", case)] for case in CASES}
     b2 = {case: scenes[stem("B2", case)] for case in CASES}
     cases = measure_scenes(b1, b2)
@@ -173,10 +173,10 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
 
     def cases_with(verdict: str | None) -> dict[str, tuple[str, ...]]:
         """By model the cases with a verdict on their equilibrium, None for cases without one."""
-        found = {}
+        by_model = {}
         for model in ("B1", "B2"):
-            found[model] = tuple(c for c in CASES if verdicts[stem(model, c)] == verdict)
-        return found
+            by_model[model] = tuple(c for c in CASES if verdicts[stem(model, c)] == verdict)
+        return by_model
 
     without = cases_with(None)
     some_model_without = {*without["B1"], *without["B2"]}
@@ -194,14 +194,14 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
         for model in ("B1", "B2"):
             shares = [getattr(motions[stem(model, case)], share) for case in with_equilibria]
             means[model] = sum(shares) / len(with_equilibria)
-        means[TWO] = sum(one[share] for one in two_points) / len(with_equilibria)
+        means[TWO] = sum(of_case[share] for of_case in two_points) / len(with_equilibria)
         return means
 
     return ParameterSet(
         numbers=ratios(b1["c"], b2["c"]),
         parameters=parameters(b1["c"], b2["c"]),
-        satisfied=sum(one.holds for one in judged if one.id in independent),
-        failing=tuple(one.id for one in judged if not one.holds),
+        satisfied=sum(claim.holds for claim in judged if claim.id in independent),
+        failing=tuple(claim.id for claim in judged if not claim.holds),
         hammering=hammering_cases(cases),
         flutters=cases_with("flutter"),
         without=without,
@@ -219,60 +219,59 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
 def study(files: Sequence[Path]) -> Sets:
     """The sets in the folders of the scene files."""
     sets = {
-        name: parameter_set(read_scenes(own, HISTORY_FIGURES))
-        for name, own in by_set(files).items()
+        name: parameter_set(read_scenes(files_of_set, HISTORY_FIGURES))
+        for name, files_of_set in by_set(files).items()
     }
     spread: list[Moved] = []
-    for name, one in sets.items():
-        for case, shares in one.lasting_repeats.items():
+    for name, of_set in sets.items():
+        for case, shares in of_set.lasting_repeats.items():
             spread += moved(f"sets.{name}.lasting.{case}", shares)
     statements = sum(claim.informative for claim in CLAIMS)
     return Sets(sets=sets, statements=statements, spread=tuple(spread))
 
 
 def sentences(record: Sets) -> Mapping[str, bool]:
-    """What the paper says of all sets."""
-    every = record.sets.values()
+    """What the paper says of all sets, and whether it holds."""
+    sets = record.sets.values()
     flat = record.flat
     first = record.sets[REFERENCE]
-    hammering = [one.hammering for one in every]
-    both = [set(one["B1"]) & set(one["B2"]) for one in hammering]
+    hammering = [s.hammering for s in sets]  # by set and model the cases
+    both = [set(by_model["B1"]) & set(by_model["B2"]) for by_model in hammering]
     without_batches = not first.lasting
     outrunning = {}
     without = {}
     beside_stable_sliding = set()  # set, model and case in which contact goes on changing
-    for name, one in record.sets.items():
-        if one.outruns:
-            outrunning[name] = one.outruns
-        if any(one.without.values()):
-            without[name] = one.without
+    for name, of_set in record.sets.items():
+        if of_set.outruns:
+            outrunning[name] = of_set.outruns
+        if any(of_set.without.values()):
+            without[name] = of_set.without
         for model in ("B1", "B2"):
-            for case, share in one.beside(model).items():
+            for case, share in of_set.beside(model).items():
                 if share > RARE:
                     beside_stable_sliding.add((name, model, case))
     return {
         "three-flat-sets": len(flat) >= 3,
         "one-set-satisfies-all-that-can-hold": record.sets["set-4"].satisfied
         == record.statements - 1,
-        "flat-sets-need-much-friction": all(one.numbers["mu"] > 0.58 for one in flat),
+        "flat-sets-need-much-friction": all(s.numbers["mu"] > 0.58 for s in flat),
         "c-alone-with-both-models-in-all-but-set-3": both == [{"c"}, {"c"}, set(), {"c"}],
-        "points-hammer-in-d-in-every-set": all("d" in one["B1"] for one in hammering),
-        "cases-differ-in-each-set": all(0 < len(one["B1"]) < len(CASES) for one in hammering),
-        "points-lose-more-in-every-set": all(one.lost["B1"] > one.lost["B2"] for one in every),
+        "points-hammer-in-d-in-every-set": all("d" in by_model["B1"] for by_model in hammering),
+        "cases-differ-in-each-set": all(
+            0 < len(by_model["B1"]) < len(CASES) for by_model in hammering
+        ),
+        "points-lose-more-in-every-set": all(s.lost["B1"] > s.lost["B2"] for s in sets),
         "edges-part-as-long-on-two-points": all(
-            abs(one.lost[TWO] - one.lost["B2"]) < 0.05
-            and abs(one.apart[TWO] - one.apart["B2"]) < 0.06
-            for one in every
+            abs(s.lost[TWO] - s.lost["B2"]) < 0.05 and abs(s.apart[TWO] - s.apart["B2"]) < 0.06
+            for s in sets
         ),
         "all-motions-of-set-2-and-one-of-set-4-outrun-the-surface": outrunning
         == {"set-2": tuple(HISTORY_FIGURES), "set-4": ("b2-c",)},
         "reference-and-set-3-alone-are-valid": [*record.valid] == [REFERENCE, "set-3"],
-        "loss-from-full-contact-turns-the-order": all(
-            one.apart["B1"] < one.apart["B2"] for one in every
-        ),
+        "loss-from-full-contact-turns-the-order": all(s.apart["B1"] < s.apart["B2"] for s in sets),
         "only-c-of-the-line-flutters": first.flutters == {"B1": (), "B2": ("c",)},
         "flat-sets-flutter-on-points-alone": all(
-            one.flutters["B2"] == () and "a" in one.flutters["B1"] for one in flat
+            s.flutters["B2"] == () and "a" in s.flutters["B1"] for s in flat
         ),
         "c-of-set-2-alone-has-no-equilibrium": without == {"set-2": {"B1": (), "B2": ("c",)}},
         "contact-goes-on-beside-stable-sliding-in-all-but-set-2": without_batches

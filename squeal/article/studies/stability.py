@@ -118,11 +118,11 @@ def branch(scene: Scene) -> Branch | Missing:
     )
 
 
-def modes(scene: Scene, at: Equilibrium) -> Modes:
+def modes(scene: Scene, equilibrium: Equilibrium) -> Modes:
     """Pose and mode shapes at the scene's equilibrium."""
     analysis = analyse(scene)
     pad = scene.pad
-    lever = np.array([1.0, 1.0, pad.w])
+    lever = np.array([1.0, 1.0, pad.w])  # (x, y, w theta) from (x, y, theta)
     shapes = []
     for mode in mode_shapes(analysis.spectrum, lever):
         shape = lever * mode.shape
@@ -136,7 +136,7 @@ def modes(scene: Scene, at: Equilibrium) -> Modes:
         )
     x, y, theta = analysis.q
     return Modes(
-        on_branch=at.on_branch,
+        on_branch=equilibrium.on_branch,
         contact=analysis.contact,
         verdict=analysis.judgement.verdict,
         pose=(pad.x0 + x, pad.y0 + y, pad.theta0 + theta),
@@ -146,13 +146,13 @@ def modes(scene: Scene, at: Equilibrium) -> Modes:
 
 def examined(name: str, scene: Scene) -> SceneStability:
     """All of one scene."""
-    found, reason = sliding_equilibrium(scene.pad_model)
+    equilibrium, reason = sliding_equilibrium(scene.pad_model)
     return SceneStability.of(
         scene.pad,
         name=name,
         model=scene.model,
         branch=branch(scene),
-        equilibrium=Missing(reason) if found is None else modes(scene, found),
+        equilibrium=Missing(reason) if equilibrium is None else modes(scene, equilibrium),
     )
 
 

@@ -73,7 +73,7 @@ class Starts(Result):
         """The share of the initial conditions of a case that come to a kind; 0 without a map."""
         case = self.cases[name]
         several = () if isinstance(case, Missing) else case.maps
-        return next((one.share[kind] for one in several if one.windows == windows), 0.0)
+        return next((m.share[kind] for m in several if m.windows == windows), 0.0)
 
 
 def plane(
@@ -99,8 +99,8 @@ def grid() -> tuple[np.ndarray, np.ndarray]:
 
 
 def measured_cases(scene: Scene, states: np.ndarray, windows: int) -> list[Case | None]:
-    """The measures of motions of a scene from states (n, 6) over so many observation times; None
-    of a motion that leaves the model."""
+    """The measures of motions of a scene from states (n, 6) over so many observation times
+    (`windows`); None of a motion that leaves the model."""
     assert scene.stop is not None
     motions = simulate_many(
         scene.model,
@@ -131,16 +131,17 @@ def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
     """The map of a scene about its equilibrium (3,), over so many observation times."""
     height, tilt = grid()
     starts = plane(scene, equilibrium, height, tilt)
-    # the reference one last
+    # the reference initial conditions last
     cases = measured_cases(scene, np.append(starts, [scene.initial], axis=0), windows)
-    kinds = list(map(kind, cases))
-    of_map = np.array(kinds[:-1])
-    is_equilibrium = (height == 0.0) & (tilt == 0.0)
+    *kinds, reference_kind = map(kind, cases)
+    of_map = np.array(kinds)
+    is_equilibrium = (height == 0.0) & (tilt == 0.0)  # where the pad stays at rest
     others = of_map[~is_equilibrium]
     return Map(
         windows=windows,
+        # a digit for each kind, a row for each tilt
         rows=tuple("".join(map(str, row)) for row in of_map.reshape(SIDE, SIDE).tolist()),
-        own=kinds[-1],
+        own=reference_kind,
         share={name: float(np.mean(others == i)) for i, name in enumerate(KINDS)},
     )
 

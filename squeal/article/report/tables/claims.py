@@ -17,7 +17,7 @@ def table(claims: Claims, sets: Sets) -> str:
         verdict = rf"\verdict{{{claim.verdict}}}"
         if claim.kind != "informative":
             verdict += f" ({claim.kind}: {typeset(claim.derivation)})"
-        satisfied = sum(claim.id not in one.failing for one in sets.sets.values())
+        satisfied = sum(claim.id not in of_set.failing for of_set in sets.sets.values())
         rows.append(
             [
                 rf"\scriptsize {claim.id}",

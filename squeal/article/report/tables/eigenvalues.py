@@ -19,20 +19,22 @@ def table(eigenvalues: Eigenvalues) -> str:
             continue
         rows = []
         # the first row alone names the case, its contact and its verdict
-        texts = (case, entry.contact, entry.verdict)
+        contact = entry.contact
+        verdict = entry.verdict
         for pole in entry.poles:
             sign = r"\pm" if pole.imag else ""
             rows.append(
                 [
-                    *texts[:2],
+                    case,
+                    contact,
                     number(pole.real, 4),
                     f"${sign}{pole.imag:.0f}$",
                     f"{pole.frequency_hz:.1f}",
                     number(pole.damping_ratio, 3),
-                    texts[2],
+                    verdict,
                 ]
             )
-            texts = ("", "", "")
+            case = contact = verdict = ""
         groups.append(rows)
     head = ["case", "contact", "real part, 1/s", "imaginary part, rad/s", "frequency, Hz"]
     return tabular("llrrrrl", [*head, "damping ratio", "verdict"], groups)

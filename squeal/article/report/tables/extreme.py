@@ -42,11 +42,11 @@ def table(extreme: Extreme) -> str:
     rows = []
     group = ""
     for case in extreme.cases:
-        first = "" if case.group == group else typeset(case.group)
+        group_name = "" if case.group == group else typeset(case.group)  # in its first row alone
         group = case.group
         rows.append(
             [
-                first,
+                group_name,
                 typeset(case.name),
                 number(case.periods, 3),
                 case.outcome,

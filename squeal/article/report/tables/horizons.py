@@ -52,7 +52,7 @@ def table(horizon: Horizon) -> str:
                 ]
             )
         groups.append(rows)
-    # two lines of head: the second one is what `tabular` takes, the first is put before its begin
+    # a head of two lines: `tabular` takes one, so that the upper one is put before its first cell
     upper = [
         "",
         r"\multicolumn{2}{c}{changes in}",

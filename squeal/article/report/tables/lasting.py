@@ -36,10 +36,11 @@ LIVELIEST: dict[str, Callable[..., str]] = {
 """What is shown of the liveliest motion, and how."""
 
 
-def _lively(onset: Onset, lively: Settled, at: str) -> list[str]:
+def _lively(onset: Onset, lively: Settled, key: str) -> list[str]:
+    """The cells of the liveliest motion with their spreads; key: of its row in the result."""
     cells = []
     for name, show in LIVELIEST.items():
-        ends = onset.ends(f"{at}.liveliest.{name}")
+        ends = onset.ends(f"{key}.liveliest.{name}")
         cells.append(with_spread(getattr(lively, name), ends, show))
     return cells
 
@@ -47,17 +48,17 @@ def _lively(onset: Onset, lively: Settled, at: str) -> list[str]:
 def table(onset: Onset) -> str:
     """The table in LaTeX, a row per motion and damping ratio."""
     rows = []
-    for name, every in onset.after.items():
-        for place, row in enumerate(every):
+    for name, rows_of_motion in onset.after.items():
+        for i, row in enumerate(rows_of_motion):  # a damping ratio each
             lively = row.liveliest
             if lively is None:
                 continue
-            at = f"after.{name}.{place}"
+            key = f"after.{name}.{i}"  # of the row in the result, by which its spread is listed
             reference = "yes" if row.own and row.own.goes_on else "no"
-            lasting = with_spread(row.lasting, onset.ends(f"{at}.lasting"), str)
+            lasting = with_spread(row.lasting, onset.ends(f"{key}.lasting"), str)
             cells = [motion_title(name), percent(row.ratio), reference]
             cells.append(f"{lasting} of {row.starts}")
-            cells += _lively(onset, lively, at)
+            cells += _lively(onset, lively, key)
             cells.append("yes" if lively.hammers else "no")
             cells.append(number(row.growth, 2))
             rows.append(cells)

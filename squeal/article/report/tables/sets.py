@@ -39,8 +39,8 @@ def _ratio(key: str, value: float) -> str:
     return number(value, 3) + mark
 
 
-def _fastest(one: ParameterSet, model: str) -> str:
-    speed = one.fastest(model)
+def _fastest(of_set: ParameterSet, model: str) -> str:
+    speed = of_set.fastest(model)
     mark = OUTSIDE if speed >= 1.0 else ""
     return number(speed, 2) + mark
 
@@ -50,52 +50,52 @@ def _share(value: float) -> str:
 
 
 def _lasting(sets: Sets, name: str, model: str) -> str:
-    one = sets.sets[name]
+    of_set = sets.sets[name]
     shown = []
-    for case, share in one.beside(model).items():
+    for case, share in of_set.beside(model).items():
         ends = sets.ends(f"sets.{name}.lasting.{stem(model, case)}")
         shown.append(f"{case}: {with_spread(share, ends, _share)}")
     if shown:
         return ", ".join(shown)
-    return "none" if one.lasting else "--"
+    return "none" if of_set.lasting else "--"
 
 
 SHOWN: tuple[tuple[str, tuple[str, ...], Callable[[ParameterSet, str], str]], ...] = (
     ("fastest face over $V$, {}", ("B1", "B2"), _fastest),
-    ("{} hammers in", ("B1", "B2"), lambda one, model: _cases(one.hammering[model])),
-    ("sliding of {} flutters in", ("B1", "B2"), lambda one, model: _cases(one.flutters[model])),
-    ("{} has no equilibrium in", ("B1", "B2"), lambda one, model: _cases(one.without[model])),
+    ("{} hammers in", ("B1", "B2"), lambda s, model: _cases(s.hammering[model])),
+    ("sliding of {} flutters in", ("B1", "B2"), lambda s, model: _cases(s.flutters[model])),
+    ("{} has no equilibrium in", ("B1", "B2"), lambda s, model: _cases(s.without[model])),
     (
         "contact lost from equilibrium, {}",
         ("B1", "B2", TWO),
-        lambda one, model: percent(one.lost[model], 0),
+        lambda s, model: percent(s.lost[model], 0),
     ),
     (
         "contact lost from full contact, {}",
         ("B1", "B2", TWO),
-        lambda one, model: percent(one.apart[model], 0),
+        lambda s, model: percent(s.apart[model], 0),
     ),
 )
 """Rows of verdicts: their name, the models that have them, and what is shown of a set."""
 
 
 def table(sets: Sets) -> str:
-    """The table in LaTeX, a column per set."""
-    every = list(sets.sets.values())
+    """The table in LaTeX, a column per set: a group of rows of ratios, and one of verdicts."""
+    columns = list(sets.sets.values())
     ratios = []
     for key, name in NAMES.items():
-        ratios.append([name, *(_ratio(key, one.numbers[key]) for one in every)])
-    load = [number(one.parameters["F_n"] / 1e3, 3) for one in every]
+        ratios.append([name, *(_ratio(key, of_set.numbers[key]) for of_set in columns)])
+    load = [number(of_set.parameters["F_n"] / 1e3, 3) for of_set in columns]
     ratios.append([r"$F_n$ in the units of Table~\numberof{parameters}, kN", *load])
-    satisfied = [f"{one.satisfied} of {sets.statements}" for one in every]
-    rows = [["independent statements satisfied", *satisfied]]
+    satisfied = [f"{of_set.satisfied} of {sets.statements}" for of_set in columns]
+    verdicts = [["independent statements satisfied", *satisfied]]
     for name, models, show in SHOWN:
         for model in models:
-            rows.append([name.format(model), *(show(one, model) for one in every)])
+            verdicts.append([name.format(model), *(show(of_set, model) for of_set in columns)])
     for model in ("B1", "B2"):
         lasting = [_lasting(sets, name, model) for name in sets.sets]
-        rows.append([f"lasting beside stable sliding, {model}", *lasting])
+        verdicts.append([f"lasting beside stable sliding, {model}", *lasting])
     head = [""]
-    for name, one in sets.sets.items():
-        head.append(name.replace("-", " ") + (OUTSIDE if one.outruns else ""))
-    return tabular("l" + "r" * len(every), head, [ratios, rows])
+    for name, of_set in sets.sets.items():
+        head.append(name.replace("-", " ") + (OUTSIDE if of_set.outruns else ""))
+    return tabular("l" + "r" * len(columns), head, [ratios, verdicts])

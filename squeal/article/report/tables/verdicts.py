@@ -43,28 +43,28 @@ COEXIST = {
 }
 
 
-def entry(one: Share | None) -> str:
+def entry(share: Share | None) -> str:
     """A share with its interval, in per cent."""
-    if one is None:
+    if share is None:
         return "--"
-    low, high = one.interval
-    return f"{100 * one.share:.0f} ({100 * low:.0f}--{100 * high:.0f})"
+    low, high = share.interval
+    return f"{100 * share.share:.0f} ({100 * low:.0f}--{100 * high:.0f})"
 
 
 def table(ensemble: Ensemble) -> str:
-    """The table in LaTeX, a row per statement."""
+    """The table in LaTeX, a row per statement, a column per group of sets."""
 
-    def row(words: str, name: str) -> list[str]:
-        return [words, *(entry(ensemble.shares[name].get(group)) for group in GROUPS)]
+    def row(statement: str, name: str) -> list[str]:
+        return [statement, *(entry(ensemble.shares[name].get(group)) for group in GROUPS)]
 
-    rows = [row(words, name) for name, words in NAMES.items()]
+    rows = [row(statement, name) for name, statement in NAMES.items()]
     alike = []
-    for load, words in LOADS.items():
-        alike.append(row(f"{words}: points longer", f"points_longer_{load}"))
+    for load, statement in LOADS.items():
+        alike.append(row(f"{statement}: points longer", f"points_longer_{load}"))
         alike.append(row("\\quad line longer", f"line_longer_{load}"))
-    damped = []
-    for model, words in COEXIST.items():
-        found = entry(ensemble.coexist.get(model))
-        damped.append([words, found, *[""] * (len(GROUPS) - 1)])
+    damped = []  # known of the first group alone
+    for model, statement in COEXIST.items():
+        share = entry(ensemble.coexist.get(model))
+        damped.append([statement, share, *[""] * (len(GROUPS) - 1)])
     head = ["", *(f"{name} ({ensemble.groups[group]})" for group, name in GROUPS.items())]
     return tabular("lrrrr", head, [rows, alike, damped])

@@ -13,15 +13,15 @@ def table(energy: Energy) -> str:
     """The table in LaTeX, a row per motion."""
     head = ["", "friction", "brake force", "law, positive", "episodes", "law, negative", "episodes"]
     groups: dict[str, list[list[str]]] = {}
-    for name, one in energy.motions.items():
+    for name, motion in energy.motions.items():
         row = [motion_title(name)]
-        if isinstance(one, Missing):
-            row.append(rf"\multicolumn{{7}}{{l}}{{{typeset(one.reason)}}}")
+        if isinstance(motion, Missing):
+            row.append(rf"\multicolumn{{7}}{{l}}{{{typeset(motion.reason)}}}")
         else:
-            row += [number(1e3 * one.friction, 3), number(1e3 * one.load, 3)]
-            for sign in (1, -1):
-                part = [episode.fed for episode in one.working_episodes(sign)]
-                row += [number(1e3 * sum(part), 3) if part else "0", str(len(part))]
-            row.append(number(1e3 * one.kinetic, 3))
+            row += [number(1e3 * motion.friction, 3), number(1e3 * motion.load, 3)]
+            for sign in (1, -1):  # works of the law, positive and negative
+                works = [episode.fed for episode in motion.working_episodes(sign)]
+                row += [number(1e3 * sum(works), 3) if works else "0", str(len(works))]
+            row.append(number(1e3 * motion.kinetic, 3))
         groups.setdefault(name[:2], []).append(row)
     return tabular("lrrrrrrr", [*head, "kinetic"], list(groups.values()))
