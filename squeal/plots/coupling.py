@@ -122,13 +122,13 @@ class _Roots(NamedTuple):
         return _Roots(self.parameter[mask], self.values[mask], self.grows[mask], self.numbers[mask])
 
 
-def _panels(parameter_label: str, roots: _Roots, ends: tuple[float, float]) -> _Panels:
+def _panels(parameter_label: str, roots: _Roots, interval: tuple[float, float]) -> _Panels:
     """Make the figure: its root locus, drawn, and two empty panels over the parameter.
 
     The axes of growth are symmetric about 0 and show all roots that grow; roots that decay faster
     than the fastest grows lie outside. Where nothing grows all roots are shown.
 
-    ends: the first and the last value of the parameter on its axis.
+    interval: the first and the last value of the parameter on its axis.
     """
     values = roots.values
     rates = values.real
@@ -141,25 +141,26 @@ def _panels(parameter_label: str, roots: _Roots, ends: tuple[float, float]) -> _
     locus = figure.add_subplot(grid[:, 1])
     lower = figure.add_subplot(grid[1, 0], sharex=upper)
     limits = frequency_limits(values)
-    upper.set(xlim=ends, ylim=limits, ylabel=FREQUENCY)
+    upper.set(xlim=interval, ylim=limits, ylabel=FREQUENCY)
     upper.tick_params(labelbottom=False)
     lower.set(ylim=(-reach, reach), xlabel=parameter_label, ylabel=GROWTH)
     locus.set(xlim=(-reach, reach), ylim=limits, xlabel=GROWTH, ylabel=FREQUENCY)
     is_sparse = len(values) <= 6 * len(np.unique(roots.parameter))  # as of a pad, with six roots
-    dots = _draw_locus(locus, roots.select(_is_upper(values)), ends, is_sparse)
+    dots = _draw_locus(locus, roots.select(_is_upper(values)), interval, is_sparse)
     figure.colorbar(dots, ax=locus, label=parameter_label, aspect=35, pad=0.02)
     figure.align_ylabels([upper, lower])
     return _Panels(figure, upper, lower, locus)
 
 
 def _draw_locus(
-    axes: Axes, roots: _Roots, ends: tuple[float, float], is_sparse: bool
+    axes: Axes, roots: _Roots, interval: tuple[float, float], is_sparse: bool
 ) -> PathCollection:
     """Draw roots as dots coloured by the parameter, those at its lowest value with a dash.
 
-    ends: the values of the parameter at both ends of the colours; is_sparse: there are few roots,
-    whose dots are large.
+    interval: the values of the parameter at both ends of the colours; is_sparse: there are few
+    roots, whose dots are large.
     """
+    lowest, highest = interval
     growth = roots.values.real
     hertz = roots.values.imag / math.tau
     axes.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
@@ -169,8 +170,8 @@ def _draw_locus(
         9.0 if is_sparse else 3.0,
         roots.parameter,
         cmap="viridis",
-        vmin=ends[0],
-        vmax=ends[1],
+        vmin=lowest,
+        vmax=highest,
         lw=0,
         zorder=2,
     )
@@ -206,19 +207,22 @@ def _shade(panels: _Panels, spans: Sequence[Span]) -> dict[str, Artist]:
     return entries
 
 
-def _spans(sweep: Sweep, thresholds: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
+def _spans(
+    sweep: Sweep, thresholds: Thresholds | None, interval: tuple[float, float]
+) -> list[Span]:
     """Ranges of one verdict within the ends of the axis, neighbours of the same verdict joined.
 
     Thresholds bound them exactly; without these the steps of the sweep do.
     """
+    axis_begin, axis_end = interval
     if thresholds is None:
         unclipped_spans = _spans_of_steps(sweep)
     else:
-        unclipped_spans = _spans_of_thresholds(thresholds, ends)
+        unclipped_spans = _spans_of_thresholds(thresholds, axis_end)
     spans: list[Span] = []
     for low, high, verdict in unclipped_spans:
-        begin = max(low, ends[0])
-        end = min(high, ends[1])
+        begin = max(low, axis_begin)
+        end = min(high, axis_end)
         if spans and spans[-1].high == begin and spans[-1].verdict == verdict:
             begin = spans.pop().low  # one span in place of the last one and this one
         if end > begin:
@@ -236,7 +240,7 @@ def _spans_of_steps(sweep: Sweep) -> list[Span]:
     return spans
 
 
-def _spans_of_thresholds(thresholds: Thresholds, ends: tuple[float, float]) -> list[Span]:
+def _spans_of_thresholds(thresholds: Thresholds, axis_end: float) -> list[Span]:
     """Ranges between thresholds; beyond the last value that was searched is "no equilibrium"."""
     spans = []
     low = thresholds.low
@@ -246,7 +250,7 @@ def _spans_of_thresholds(thresholds: Thresholds, ends: tuple[float, float]) -> l
         low = point.mu
         verdict = point.kind  # of a threshold: the verdict from there up to the next one
     spans.append(Span(low, thresholds.high, verdict))
-    spans.append(Span(thresholds.high, max(ends), NO_EQUILIBRIUM))
+    spans.append(Span(thresholds.high, axis_end, NO_EQUILIBRIUM))
     return spans
 
 
@@ -261,7 +265,7 @@ def sweep_drawing(
     name: str,
     sweep: Sweep,
     thresholds: Thresholds | None = None,
-    ends: tuple[float, float] | None = None,
+    interval: tuple[float, float] | None = None,
     own_value: float | None = None,
 ) -> Drawing:
     """Draw frequencies and growth rates along a parameter, and beside them the root locus.
@@ -277,13 +281,13 @@ def sweep_drawing(
         What is drawn.
     thresholds : Thresholds, optional
         Of the same subject: they tell ranges and onsets more exactly than the sweep.
-    ends : (float, float), optional
-        Of the axis of the parameter; left out, the first and the last value of the sweep.
+    interval : (float, float), optional
+        Of the parameter on its axis; left out, the first and the last value of the sweep.
     own_value : float, optional
         The subject's own value of the parameter, which is marked.
     """
     parameter = sweep.parameter
-    low, high = ends or (sweep.steps[0].value, sweep.steps[-1].value)
+    low, high = interval or (sweep.steps[0].value, sweep.steps[-1].value)
     spans = _spans(sweep, thresholds, (low, high))
     roots = _Roots.of(sweep)
     with style():
@@ -377,20 +381,20 @@ def _contact_changes(sweep: Sweep) -> list[tuple[float, str, str]]:
 
 def _onsets(sweep: Sweep, thresholds: Thresholds | None) -> dict[str, Artist]:
     """Entries of a legend: from which value on the first `NAMED` modes grow."""
-    at = symbol_of(sweep.parameter)
+    symbol = symbol_of(sweep.parameter)
     texts = []
     if thresholds is None:
-        interval = onset_column(sweep.parameter).cell
+        format_onset = onset_column(sweep.parameter).cell
         for mode in sweep.modes:
             if mode.onset is not None:
-                texts.append(f"mode {mode.mode}: growth begins at {at} = {interval(mode)}")
+                texts.append(f"mode {mode.mode}: growth begins at {symbol} = {format_onset(mode)}")
     else:
         for crossing in thresholds.crossings:
             if crossing.direction == "up":
                 hertz_text = ""
                 if crossing.frequency_hz:
                     hertz_text = f", {crossing.frequency_hz:.4g} Hz"
-                texts.append(f"{crossing.kind} from {at} = {crossing.mu:.4g}{hertz_text}")
+                texts.append(f"{crossing.kind} from {symbol} = {crossing.mu:.4g}{hertz_text}")
     return dict.fromkeys(texts[:NAMED], Line2D([], [], lw=0))
 
 

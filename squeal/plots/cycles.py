@@ -55,10 +55,11 @@ def cycles_drawing(cycles: Cycles, name: str) -> Drawing:
         entries = dict(zip(names, handles, strict=True))  # each name once
         figure.legend(entries.values(), entries, loc="outside lower center", ncols=2)
         axes.set_title(literal(name), loc="left")
-    own = cycles.own  # the index of the cycle at the scene's own value
+    at_scene = cycles.own  # the index of the cycle at the scene's own value
     text = (
         f"Amplitude of periodic motions over {cycles.parameter}, from {number(values.min())} to "
-        f"{number(values.max())}; {number(amplitudes[own])} micrometres at {number(values[own])}."
+        f"{number(values.max())}; {number(amplitudes[at_scene])} micrometres at "
+        f"{number(values[at_scene])}."
     )
     for value, verdict in cycles.critical:
         text += f" Sliding: {verdict or NO_EQUILIBRIUM} from {number(value)} on."
@@ -82,8 +83,8 @@ def _draw_cycles(axes: Axes, cycles: Cycles, values: NDArray, amplitudes: NDArra
         # a kind whose pieces are hidden by their marks has no entry in the legend
         label = f"cycle, {kind}" if length_of_kind[kind] > VISIBLE else None
         axes.plot(values[i : i + 2], amplitudes[i : i + 2], label=label, **LOOKS[kind])
-    own = (values[cycles.own], amplitudes[cycles.own])
-    axes.plot(*own, "o", mfc="none", mec="k", label="the scene")
+    point = (values[cycles.own], amplitudes[cycles.own])
+    axes.plot(*point, "o", mfc="none", mec="k", label="the scene")
     for kind, mark in MARKS.items():
         marked = [i for i, orbit in enumerate(cycles.orbits) if orbit.turn == kind]
         if marked:

@@ -59,10 +59,10 @@ def friction_symbol(parameter: str, unit: str = "") -> str:
     return literal(parameter)
 
 
-def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
+def _finish_axes(axes: Axes, answer: Map, own_values: Own) -> list[Line2D]:
     """Draw the curves on which stability is lost, label both axes, and mark the pad.
 
-    own: the pad is marked at these values if they lie in the ranges. Returns entries of a legend
+    own_values: the pad is marked at these if they lie in the ranges. Returns entries of a legend
     for the curves and the pad.
     """
     curves = answer.details.get("threshold_curve", ())
@@ -71,17 +71,19 @@ def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
         x, y = np.transpose(curve["points"])
         axes.plot(x, y, gid="threshold", zorder=4, **look)
     first, second = answer.axes
-    label_axis(axes, "x", first, answer.units[0], is_pad=own is not None)
-    label_axis(axes, "y", second, answer.units[1], is_pad=own is not None)
+    label_axis(axes, "x", first, answer.units[0], is_pad=own_values is not None)
+    label_axis(axes, "y", second, answer.units[1], is_pad=own_values is not None)
     if _is_half_turn(first) and _is_half_turn(second):
         axes.set_aspect("equal")
     entries = []
     if curves:
         entries.append(Line2D([], [], label="stability is lost", **look))
-    if own and first.low <= own[0] <= first.high and second.low <= own[1] <= second.high:
-        dot: Any = {"marker": "o", "ls": "", "mfc": "white", "mec": "k", "ms": 5.0, "mew": 1.0}
-        axes.plot(*own, clip_on=False, gid="own pad", zorder=6, **dot)
-        entries.append(Line2D([], [], label="the scene", **dot))
+    if own_values:
+        x, y = own_values
+        if first.low <= x <= first.high and second.low <= y <= second.high:
+            dot: Any = {"marker": "o", "ls": "", "mfc": "white", "mec": "k", "ms": 5.0, "mew": 1.0}
+            axes.plot(x, y, clip_on=False, gid="own pad", zorder=6, **dot)
+            entries.append(Line2D([], [], label="the scene", **dot))
     return entries
 
 
@@ -107,18 +109,20 @@ def label_axis(axes: Axes, which: str, axis: Axis, unit: str = "", is_pad: bool 
         axes.set(**{f"{which}ticks": ticks, f"{which}ticklabels": labels})
 
 
-def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = None) -> Drawing:
+def map_drawing(
+    name: str, answer: Map, own_values: Own = None, level: float | None = None
+) -> Drawing:
     """Draw verdicts over two parameters, a cell for each point, or contours of a pad's quantity.
 
-    own: the pad's values, which are marked; level: a value of the quantity whose contour is drawn
+    own_values: the pad's, which are marked; level: a value of the quantity whose contour is drawn
     thick.
     """
-    with_contours = own is not None and answer.quantity is not None
+    with_contours = own_values is not None and answer.quantity is not None
     with style():
         figure = Figure(figsize=(SINGLE, 3.2 if with_contours else 3.6))
         axes = figure.add_subplot(facecolor=NO_VALUE)
         drawn = _contours(axes, answer, level) if with_contours else _cells(axes, answer)
-        handles = [*drawn.handles, *_finish_axes(axes, answer, own)]
+        handles = [*drawn.handles, *_finish_axes(axes, answer, own_values)]
         if handles:
             figure.legend(handles=handles, loc="outside upper center", ncols=2)
     title = f"{drawn.name} of {name} over {answer.axes[0].name} and {answer.axes[1].name}"

@@ -86,7 +86,7 @@ def test_a_sample_of_starts_lasts_or_rests_by_another_program(name, starts):
     scene = reference(name)
     states = onset.sampled_states(scene, 1.5, 4)[:starts]
     model = damped_model(onset.damped(scene, onset.RATIO))
-    begun = [onset.Begun(model, state) for state in states]
+    begun = [onset.DampedStart(model, state) for state in states]
     found = onset.settle(begun, 10.0 * scene.stop, 0.2 * scene.stop).settled
     other = Plain(scene.pad, line=name.startswith("b2"))
     other.damp(onset.RATIO)
@@ -105,7 +105,7 @@ def test_the_trailing_blow_of_c_is_that_of_another_program():
     late = grazing.settled(scene, [ratio])
     model = Plain(scene.pad, line=True)
     model.damp(ratio)
-    begun = onset.Begun(damped_model(onset.damped(scene, ratio)), np.array(scene.initial))
+    begun = onset.DampedStart(damped_model(onset.damped(scene, ratio)), np.array(scene.initial))
     state = onset.run([begun], onset.LONGER * scene.stop)["final"][0]
     moved = move(model, state, 0.15 * scene.stop, 20001)
     reaction, moment = moved.contact

@@ -114,7 +114,7 @@ def cycles_of_d(case):
     one = scene(case)
     state = np.array(D_CYCLES[case])
     if case == "b2-d":
-        start = onset.Begun(damped_model(onset.damped(one, onset.RATIO)), state)
+        start = onset.DampedStart(damped_model(onset.damped(one, onset.RATIO)), state)
         period = 0.353788574654628e-3
         state = onset.run([start], 0.125 * period)["final"][0]
     return onset.cycles(one, state)

@@ -16,8 +16,9 @@ def run(given: argparse.Namespace) -> Reply:
     """Measure the findings on the article's scenes."""
     files = scene_files(given.scenes, STEMS)
     record = study(files)
-    every = record.findings
     lines = (
-        f"{one.id}, {one.where} ({one.worth}): {one.statement}\n    {one.outcome}" for one in every
+        f"{finding.id}, {finding.where} ({finding.worth}): {finding.statement}\n"
+        f"    {finding.outcome}"
+        for finding in record.findings
     )
     return Reply(record.to_dict, lambda: "\n".join(lines), files)

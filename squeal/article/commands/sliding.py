@@ -102,8 +102,8 @@ def _moment_entry(answer: dict[str, Any]) -> str:
     missed = answer["K31_mismatch"]
     if missed is None:
         return "K11 = 0"
-    words = f"K31 = {number(1.0 + missed)} h K11"
-    return words if abs(missed) < SAME else f"{words}, so that there is no such state"
+    entry = f"K31 = {number(1.0 + missed)} h K11"
+    return entry if abs(missed) < SAME else f"{entry}, so that there is no such state"
 
 
 def text(answer: dict[str, Any]) -> str:

@@ -35,13 +35,13 @@ def options(parser: Parser) -> None:
 
 def build_folder(given: Path | None) -> Path:
     """Where the report was built. Raises InputError if there is no text of the report."""
-    places = [given] if given else [Path(), ROOT.parent]
-    for folder in places:
+    candidates = [given] if given else [Path(), ROOT.parent]
+    for folder in candidates:
         if (folder / "paper" / "report.tex").is_file():
             return folder
     raise InputError(
-        f"--build {places[0]}: holds no paper/report.tex; a clone of this software's repository "
-        "is allowed in which the report was built (`make report`, or `snakemake` in it)"
+        f"--build {candidates[0]}: holds no paper/report.tex; a clone of this software's "
+        "repository is allowed in which the report was built (`make report`, or `snakemake` in it)"
     )
 
 

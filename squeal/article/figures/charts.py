@@ -59,8 +59,8 @@ def _arrow(
     The bow is to the left of the direction, so that the arrows of a change and of its reverse do
     not cover each other. start, stop: centres of the boxes.
     """
-    along = np.subtract(stop, start)
-    direction = along / np.hypot(*along)
+    difference = np.subtract(stop, start)
+    direction = difference / np.hypot(*difference)
     left = np.array([-direction[1], direction[0]])
     # distances from the centre at which the straight line passes the sides and the top of a box
     crossings = [_SIZE[i] / abs(direction[i]) for i in (0, 1) if abs(direction[i]) > 1e-9]

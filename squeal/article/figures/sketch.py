@@ -50,14 +50,16 @@ def _line(axes: Axes, points: Vector, **more: Any) -> None:
     axes.plot(*np.transpose(points), **given)
 
 
-def _text(axes: Axes, at: Vector, text: str, **more: Any) -> None:
-    axes.text(float(at[0]), float(at[1]), text, ha="center", va="center", **more)
+def _text(axes: Axes, position: Vector, text: str, **more: Any) -> None:
+    axes.text(float(position[0]), float(position[1]), text, ha="center", va="center", **more)
 
 
-def _arrow(axes: Axes, tail: Vector, head: Vector, text: str, at: Vector, **more: Any) -> None:
+def _arrow(
+    axes: Axes, tail: Vector, head: Vector, text: str, text_position: Vector, **more: Any
+) -> None:
     arrow = {"arrowstyle": "-|>", "linewidth": 0.9, "shrinkA": 0.0, "shrinkB": 0.0} | more
     axes.annotate("", head, tail, arrowprops=arrow)
-    _text(axes, at, text)
+    _text(axes, text_position, text)
 
 
 def _size(axes: Axes, a: Vector, b: Vector, text: str, shift: Vector) -> None:
@@ -66,12 +68,12 @@ def _size(axes: Axes, a: Vector, b: Vector, text: str, shift: Vector) -> None:
     _text(axes, np.add(a, b) / 2 + shift, text)
 
 
-def _ground(axes: Axes, at: Vector, normal: Vector, half: float) -> None:
+def _ground(axes: Axes, middle: Vector, normal: Vector, half: float) -> None:
     """Fixed ground: a line across `normal` with hatching behind it."""
     side = np.array([-normal[1], normal[0]])
-    _line(axes, (at - half * side, at + half * side), linewidth=1.2)
+    _line(axes, (middle - half * side, middle + half * side), linewidth=1.2)
     for s in np.linspace(-half, half, 6):
-        foot = at + s * side
+        foot = middle + s * side
         _line(axes, (foot, foot + 0.07 * (normal + 0.6 * side)), linewidth=0.5)
 
 
@@ -104,15 +106,15 @@ def _inclined(axes: Axes, number: str, corner: Vector, direction: Vector, angle:
     _text(axes, label, f"$\\alpha_{number}$")
 
 
-def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
+def _body(axes: Axes, c: Coefficients, corner_of: dict[str, Vector]) -> None:
     """Draw the pad with its coordinates, d and beta of a corner, and its height.
 
-    at: its corners by the names of `corners`, in half lengths from its centre.
+    corner_of: its corners by the names of `corners`, in half lengths from its centre.
     """
-    outline = [at["1"], at["2"], at["t"], at["l"]]
+    outline = [corner_of["1"], corner_of["2"], corner_of["t"], corner_of["l"]]
     axes.add_patch(Polygon(outline, facecolor="#EAF3FA", edgecolor="black", linewidth=1.1))
     centre = np.zeros(2)
-    corner = at["1"]
+    corner = corner_of["1"]
     axes.plot(0.0, 0.0, "o", color="black", markersize=2.5)
     _line(axes, (centre, corner), color=_GREY, linewidth=0.7)
     _line(axes, (centre, (-0.62, 0.0)), color=_GREY, linewidth=0.5, linestyle=(0, (3, 2)))
@@ -127,20 +129,20 @@ def _body(axes: Axes, c: Coefficients, at: dict[str, Vector]) -> None:
     axes.annotate("", (0.53, 0.17), (0.53, -0.17), arrowprops=turn)
     _text(axes, (0.7, 0.0), r"$\theta$")
     far = 1.3
-    _size(axes, (far, at["t"][1]), (far, at["2"][1]), "$2h$", (0.12, 0.0))
-    for y in (at["t"][1], at["2"][1]):
+    _size(axes, (far, corner_of["t"][1]), (far, corner_of["2"][1]), "$2h$", (0.12, 0.0))
+    for y in (corner_of["t"][1], corner_of["2"][1]):
         _line(axes, [(1.04, y), (far + 0.04, y)], color=_GREY, linewidth=0.4)
 
 
-def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
+def _surroundings(axes: Axes, level: float, corner_of: dict[str, Vector]) -> None:
     """Draw the surface at a height, its speed, the brake force, the fixed frame and the length.
 
-    level: the height in half lengths; at: the corners of the pad, see `corners`.
+    level: the height in half lengths; corner_of: those of the pad, see `corners`.
     """
     axes.fill_between([-2.0, 2.0], level, level - 0.1, color="0.85", linewidth=0.0)
     _line(axes, [(-2.0, level), (2.0, level)], linewidth=1.2)
     _arrow(axes, (1.45, level - 0.2), (1.9, level - 0.2), "$V$", (1.98, level - 0.2))
-    top = at["1"][1]
+    top = corner_of["1"][1]
     _arrow(axes, (0.0, top + 0.48), (0.0, top), "$F_n$", (0.12, top + 0.4))
     base = np.array([-1.95, level + 0.16])
     _arrow(axes, base, base + (0.3, 0.0), r"$\vec{e}_x$", base + (0.4, 0.0))
@@ -148,25 +150,25 @@ def _surroundings(axes: Axes, level: float, at: dict[str, Vector]) -> None:
     y = level - 0.2
     _size(axes, (-1.0, y), (1.0, y), "$2w$", (0.0, -0.09))
     for x in (-1.0, 1.0):
-        _line(axes, [(x, at["l"][1]), (x, y - 0.05)], color=_GREY, linewidth=0.4)
+        _line(axes, [(x, corner_of["l"][1]), (x, y - 0.05)], color=_GREY, linewidth=0.4)
     _text(axes, (-1.0, level - 0.32), "leading edge", color="0.3")
     _text(axes, (1.0, level - 0.32), "trailing edge", color="0.3")
 
 
-def _point_contacts(axes: Axes, at: dict[str, Vector], level: float) -> None:
+def _point_contacts(axes: Axes, corner_of: dict[str, Vector], level: float) -> None:
     for corner, number, side in (("l", "3", -0.26), ("t", "4", 0.33)):
-        foot = np.array([at[corner][0], level])
-        _line(axes, _coil(at[corner], foot, turns=4))
-        _text(axes, (at[corner] + foot) / 2 + (side, 0.0), f"$k_{number},\\ L_{number}$")
+        foot = np.array([corner_of[corner][0], level])
+        _line(axes, _coil(corner_of[corner], foot, turns=4))
+        _text(axes, (corner_of[corner] + foot) / 2 + (side, 0.0), f"$k_{number},\\ L_{number}$")
 
 
-def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
+def _line_contact(axes: Axes, corner_of: dict[str, Vector], level: float) -> None:
     """Draw the springs along the lower face, and their resultant at the distance delta."""
     for x in np.linspace(-0.94, 0.94, 17):
-        points = _coil((x, at["l"][1]), (x, level), turns=2, width=0.02)
+        points = _coil((x, corner_of["l"][1]), (x, level), turns=2, width=0.02)
         _line(axes, points, color=_GREY, linewidth=0.5)
-    _text(axes, (-1.13, (at["l"][1] + level) / 2), "$k_c$")
-    foot = np.array([0.36, at["l"][1]])
+    _text(axes, (-1.13, (corner_of["l"][1] + level) / 2), "$k_c$")
+    foot = np.array([0.36, corner_of["l"][1]])
     _line(axes, [(0.0, 0.0), (0.0, foot[1] - 0.12)], color=_GREY, linewidth=0.5)
     red = {"color": "#C8380E", "linewidth": 1.2}
     _arrow(axes, foot - (0.0, 0.4), foot, "$R_n$", foot + (0.17, -0.27), **red)
@@ -188,7 +190,7 @@ def sketch(scene: Scene) -> Figure:
     """
     line = _is_line(scene)
     c = scene.pad_model.c
-    at = corners(c)
+    corner_of = corners(c)
     directions = towards_ground(c)
     level = -c.h / c.w - FOOT
     with style():
@@ -196,16 +198,16 @@ def sketch(scene: Scene) -> Figure:
         axes = figure.add_subplot()
         axes.set_axis_off()
         axes.set_aspect("equal")
-        _surroundings(axes, level, at)
+        _surroundings(axes, level, corner_of)
         if not line:
-            _point_contacts(axes, at, level)
-        _body(axes, c, at)
+            _point_contacts(axes, corner_of, level)
+        _body(axes, c, corner_of)
         if line:
-            _line_contact(axes, at, level)
+            _line_contact(axes, corner_of, level)
         for number, angle in (("1", scene.pad.alpha1), ("2", scene.pad.alpha2)):
-            _inclined(axes, number, at[number], directions[number], angle)
+            _inclined(axes, number, corner_of[number], directions[number], angle)
         axes.set_xlim(-2.1, 2.1)
-        axes.set_ylim(level - 0.42, at["1"][1] + 1.08)
+        axes.set_ylim(level - 0.42, corner_of["1"][1] + 1.08)
     return figure
 
 

@@ -389,7 +389,7 @@ def _longer(points: float, line: float) -> str:
 
 
 def _mean_shares(
-    found: Computed, runs: Mapping[str, Motions], repeat: int, index: int
+    block: Computed, runs: Mapping[str, Motions], repeat: int, index: int
 ) -> dict[str, float]:
     """Mean shares lost1, lost2, apart1, apart2, of points (1) and line (2), over the cases in which
     both models have an equilibrium; empty without such a case, or where a motion did not go to its
@@ -398,13 +398,13 @@ def _mean_shares(
     lost: shares of time in which an edge is separated that touches in the equilibrium; apart: in
     which any edge is separated. runs: by model; index: of the set.
     """
-    points, line = (found.equilibria[model] for model in MODELS)
+    points, line = (block.equilibria[model] for model in MODELS)
     with_equilibria = [k for k in range(len(CASES)) if points[k][index] and line[k][index]]
     means: dict[str, float] = {}
     for k in with_equilibria:
         for digit, model in enumerate(MODELS, 1):
             case = runs[model].case(repeat, k, index)
-            equilibrium = found.equilibria[model][k][index]
+            equilibrium = block.equilibria[model][k][index]
             if case is None or equilibrium is None:
                 return {}
             lost = lost_share(case.shares, equilibrium.state) / len(with_equilibria)
@@ -414,7 +414,7 @@ def _mean_shares(
     return means
 
 
-def _means_of_two_springs(found: Computed, repeat: int, index: int) -> dict[str, float]:
+def _means_of_two_springs(block: Computed, repeat: int, index: int) -> dict[str, float]:
     """Mean shares two_lost and two_apart of the line's pads on two springs, over the cases in which
     both models have an equilibrium; empty without such a case, or where a motion did not go to its
     end."""
@@ -422,13 +422,13 @@ def _means_of_two_springs(found: Computed, repeat: int, index: int) -> dict[str,
     lost = []
     apart = []
     for k in range(len(CASES)):
-        equilibrium = found.equilibria["B2"][k][index]
-        if equilibrium is None or found.equilibria["B1"][k][index] is None:
+        equilibrium = block.equilibria["B2"][k][index]
+        if equilibrium is None or block.equilibria["B1"][k][index] is None:
             continue
-        if not found.two_springs.done(repeat, k, index):
+        if not block.two_springs.done(repeat, k, index):
             return {}
-        row = found.two_springs.row[repeat, k, index]
-        shares = dict(zip(STATES, found.two_springs.arrays["shares"][row], strict=True))
+        row = block.two_springs.row[repeat, k, index]
+        shares = dict(zip(STATES, block.two_springs.arrays["shares"][row], strict=True))
         lost.append(lost_share(shares, equilibrium.state))
         apart.append(lost_share(shares, FULL))
     if not lost:
@@ -436,15 +436,15 @@ def _means_of_two_springs(found: Computed, repeat: int, index: int) -> dict[str,
     return {"two_lost": sum(lost) / len(lost), "two_apart": sum(apart) / len(apart)}
 
 
-def _two_springs_less_line(found: Computed, repeat: int, index: int) -> dict[str, float]:
+def _two_springs_less_line(block: Computed, repeat: int, index: int) -> dict[str, float]:
     """Shares two_lost and two_apart of a set as a `Row` has them: two springs less the line.
 
     Empty where `_means_of_two_springs` is.
     """
-    two_springs = _means_of_two_springs(found, repeat, index)
+    two_springs = _means_of_two_springs(block, repeat, index)
     if not two_springs:
         return {}
-    line = _mean_shares(found, found.first, repeat, index)
+    line = _mean_shares(block, block.first, repeat, index)
     return {
         "two_lost": two_springs["two_lost"] - line["lost2"],
         "two_apart": two_springs["two_apart"] - line["apart2"],
@@ -466,71 +466,71 @@ def _loses_force(case: Case) -> bool:
     return max(case.vanishes) > TOUCH
 
 
-def _locked(found: Computed, model: str, repeat: int, index: int) -> list[Case] | None:
+def _locked(block: Computed, model: str, repeat: int, index: int) -> list[Case] | None:
     """The cases of a set with rotation locked; None where a motion did not go to its end."""
     cases = []
     for k in range(len(CASES)):
-        case = found.locked[model].case(repeat, k, index)
+        case = block.locked[model].case(repeat, k, index)
         if case is None:
             return None
         cases.append(case)
     return cases
 
 
-def _permanent(found: Computed, repeat: int, index: int) -> list[bool]:
+def _permanent(block: Computed, repeat: int, index: int) -> list[bool]:
     """Whether points stay in full contact after a small release, by case with an equilibrium."""
     permanent = []
     for k in range(len(CASES)):
-        if found.equilibria["B1"][k][index] is not None:
-            case = found.small_release.case(repeat, k, index)
+        if block.equilibria["B1"][k][index] is not None:
+            case = block.small_release.case(repeat, k, index)
             permanent.append(case is not None and lost_share(case.shares, FULL) == 0.0)
     return permanent
 
 
 def _verdicts_when_locked(
-    found: Computed, points: Sequence[Case], line: Sequence[Case], repeat: int, index: int
+    block: Computed, points: Sequence[Case], line: Sequence[Case], repeat: int, index: int
 ) -> dict[str, str]:
     """Verdicts on the motions with rotation locked, of a set whose free motions are `points` and
     `line`, a measured case each."""
     verdicts = {}
-    line_locked = _locked(found, "B2", repeat, index)
+    line_locked = _locked(block, "B2", repeat, index)
     # letters of the cases in which the line separates, with free and with locked rotation
     separates = {*_letters(map(_separated, line))}
     if separates and line_locked is not None:
         still_separates = {*_letters(map(_separated, line_locked))}
         verdicts["locked_line"] = _yes_or_no(not still_separates & separates)
-    points_locked = _locked(found, "B1", repeat, index)
+    points_locked = _locked(block, "B1", repeat, index)
     if any(map(_loses_force, points)) and points_locked is not None:
         verdicts["locked_points"] = _yes_or_no(any(map(_loses_force, points_locked)))
     return verdicts
 
 
-def _verdicts_when_released(found: Computed, repeat: int, index: int) -> dict[str, str]:
+def _verdicts_when_released(block: Computed, repeat: int, index: int) -> dict[str, str]:
     """Verdicts on the motions of a set that are released from rest above the equilibrium."""
     verdicts = {}
-    permanent = _permanent(found, repeat, index)
+    permanent = _permanent(block, repeat, index)
     if permanent:
         verdicts["permanent_all"] = _yes_or_no(all(permanent))
         verdicts["permanent_some"] = _yes_or_no(any(permanent))
     for i, load in enumerate(LOADINGS):
-        released_alike = {model: found.loads[model][i] for model in MODELS}
-        means = _mean_shares(found, released_alike, repeat, index)
+        released_alike = {model: block.loads[model][i] for model in MODELS}
+        means = _mean_shares(block, released_alike, repeat, index)
         if means:
             verdicts[f"load_{load:g}"] = _longer(means["lost1"], means["lost2"])
     return verdicts
 
 
-def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdicts | None:
+def verdicts_of_repeat(block: Computed, repeat: int, index: int) -> RepeatVerdicts | None:
     """What a repeat says of the set `index`, see `RepeatVerdicts`.
 
     A verdict is `NOT_APPLICABLE` where no motion or equilibrium bears on it. None where a motion
     from the set's own initial conditions did not go to its end.
     """
-    measured: dict[str, Case | Linear] = {"b3": found.linear[index]}
+    measured: dict[str, Case | Linear] = {"b3": block.linear[index]}
     cases: dict[str, list[Case]] = {model: [] for model in MODELS}
     for model in MODELS:
         for k, letter in enumerate(CASES):
-            case = found.first[model].case(repeat, k, index)
+            case = block.first[model].case(repeat, k, index)
             if case is None:
                 return None
             measured[stem(model, letter)] = case
@@ -541,7 +541,7 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
     repeat_of_others = min(repeat, ONCE_MORE - 1)
     points_hammer = _letters(hammers(case).margin > 0.0 for case in points)
     line_hammers = _letters(hammers(case).margin > 0.0 for case in line)
-    shares = _mean_shares(found, found.first, repeat, index)
+    shares = _mean_shares(block, block.first, repeat, index)
     verdicts: dict[str, str] = dict.fromkeys(VERDICTS, NOT_APPLICABLE)
     verdicts["restless"] = _yes_or_no(all(case.calm > CALM for case in (*points, *line)))
     verdicts["differ"] = _yes_or_no(0 < len(points_hammer) < len(CASES))
@@ -549,13 +549,13 @@ def verdicts_of_repeat(found: Computed, repeat: int, index: int) -> RepeatVerdic
     if shares:
         verdicts["lost"] = _longer(shares["lost1"], shares["lost2"])
         verdicts["apart"] = _longer(shares["apart1"], shares["apart2"])
-        two_springs = _two_springs_less_line(found, repeat_of_others, index)
+        two_springs = _two_springs_less_line(block, repeat_of_others, index)
         if two_springs:
             shares |= two_springs
             alike = all(abs(shares[f"two_{key}"]) < most for key, most in ALIKE.items())
             verdicts["two"] = _yes_or_no(alike)
-    verdicts |= _verdicts_when_locked(found, points, line, repeat_of_others, index)
-    verdicts |= _verdicts_when_released(found, repeat_of_others, index)
+    verdicts |= _verdicts_when_locked(block, points, line, repeat_of_others, index)
+    verdicts |= _verdicts_when_released(block, repeat_of_others, index)
     satisfied = []
     for claim in INDEPENDENT:
         outcome = claim.rule(*(measured[scene] for scene in claim.scenes))
@@ -579,11 +579,11 @@ def _agreed(answers: Sequence[str]) -> str:
     return answers[0] if len(set(answers)) == 1 else UNDECIDED
 
 
-def _fastest_face(found: Computed, index: int) -> float:
+def _fastest_face(block: Computed, index: int) -> float:
     """Greatest speed of the lower face (m/s) in the undisturbed motions of a set."""
     faces: list[float] = []
     for model in MODELS:
-        motions_of = found.first[model]
+        motions_of = block.first[model]
         faces += motions_of.arrays["face"][motions_of.row[0, :, index]].tolist()
     return max(faces) * LENGTH / TIME
 
@@ -597,20 +597,20 @@ def _spread(repeats: Sequence[RepeatVerdicts]) -> float:
     return spread
 
 
-def row(found: Computed, index: int) -> Row:
+def row(block: Computed, index: int) -> Row:
     """The row of the table for the set `index`, from the verdicts of all repeats.
 
     What the repeats do not agree on is undecided.
     """
-    if any((found.first[model].row[0, :, index] < 0).any() for model in MODELS):
+    if any((block.first[model].row[0, :, index] < 0).any() for model in MODELS):
         return Row("start")  # in some case there is no initial state
     repeats = []
     for k in range(REPEATS):
-        verdicts = verdicts_of_repeat(found, k, index)
+        verdicts = verdicts_of_repeat(block, k, index)
         if verdicts is None:
             return Row("left")  # a motion left the model
         repeats.append(verdicts)
-    fastest = _fastest_face(found, index)
+    fastest = _fastest_face(block, index)
     first = repeats[0]  # of the undisturbed motions
     undecided = []  # of each independent claim
     for answers in zip(*(repeat.satisfied for repeat in repeats), strict=True):
@@ -623,7 +623,7 @@ def row(found: Computed, index: int) -> Row:
     flutters = []
     without = []
     for model in MODELS:
-        of_cases = [found.equilibria[model][k][index] for k in range(len(CASES))]
+        of_cases = [block.equilibria[model][k][index] for k in range(len(CASES))]
         flutters.append(_letters(e is not None and e.flutters for e in of_cases))
         without.append(_letters(e is None for e in of_cases))
     return Row(
@@ -649,8 +649,8 @@ def row(found: Computed, index: int) -> Row:
 
 def rows(numbers: Numbers) -> list[Row]:
     """What some sets say."""
-    found = computed(numbers)
-    return [row(found, index) for index in range(len(numbers["h"]))]
+    block = computed(numbers)
+    return [row(block, index) for index in range(len(numbers["h"]))]
 
 
 def read(file: Path) -> list[Row]:

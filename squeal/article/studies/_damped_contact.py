@@ -306,10 +306,10 @@ class DampedContact:
             return np.append(pose_at_rest, np.zeros(3))
 
         pressed_in = [0.0, -1.0, 0.0]  # the static compression
-        found = root(lambda q: self.at(at_rest(q)).rates, pressed_in, tol=1e-13)
-        if not found.success and np.abs(found.fun).max() > 1e-9:
+        solution = root(lambda q: self.at(at_rest(q)).rates, pressed_in, tol=1e-13)
+        if not solution.success and np.abs(solution.fun).max() > 1e-9:
             raise ComputationError("no steady sliding")
-        return at_rest(found.x)
+        return at_rest(solution.x)
 
     @property
     def sliding_matrix(self) -> np.ndarray:
@@ -320,8 +320,8 @@ class DampedContact:
     def growth(self) -> float:
         """Greatest growth rate about steady sliding, 1/s."""
         matrix = self.sliding_matrix
-        found = complex_eigenvalues(np.eye(3), -matrix[3:, 3:], -matrix[3:, :3])
-        return float(found.dominant.value.real) / self.time
+        spectrum = complex_eigenvalues(np.eye(3), -matrix[3:, 3:], -matrix[3:, :3])
+        return float(spectrum.dominant.value.real) / self.time
 
 
 class Passage(NamedTuple):
@@ -361,18 +361,18 @@ def _equations(law: ContactLaw) -> _Equations:
     on = (hy.par[_ON], hy.par[_ON + 1])
     decay = [hy.par[_DECAY + i] for i in range(9)]
     state = hy.make_vars("x", "y", "s", "u", "v", "r")
-    found = motion(hy, law, c, decay, hy.par[_A], hy.par[_ZETA], state, on)
-    rates = (*state[3:], *found.rates)
-    return _Equations(list(zip(state, rates, strict=True)), found, on)
+    expressions = motion(hy, law, c, decay, hy.par[_A], hy.par[_ZETA], state, on)
+    rates = (*state[3:], *expressions.rates)
+    return _Equations(list(zip(state, rates, strict=True)), expressions, on)
 
 
-def limits(found: Motion) -> list[Any]:
+def limits(expressions: Motion) -> list[Any]:
     """Expressions that are positive as long as the equations hold: no tension, and a lower face
     slower than the surface."""
     taylor = heyoka()
     # so faint that the step does not depend on it
-    slower = taylor.FAINT * (taylor.hy.par[_V] - found.face)
-    return [*found.factors, slower]
+    slower = taylor.FAINT * (taylor.hy.par[_V] - expressions.face)
+    return [*expressions.factors, slower]
 
 
 class Flow:

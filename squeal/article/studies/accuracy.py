@@ -411,9 +411,11 @@ def sentences(record: Accuracy) -> dict[str, bool]:
     others = [path for path in SOLVERS if not path.startswith(OWN)]
 
     def needs_fewest(case: str) -> bool:
-        own = record.least(case, OWN)
+        by_squeal = record.least(case, OWN)
         counts = [record.least(case, path) for path in others]
-        return own is not None and all(count is None or count > own for count in counts)
+        if by_squeal is None:
+            return False
+        return all(count is None or count > by_squeal for count in counts)
 
     with_impacts = [p for p in record.points if record.changes[p.case]]
     fixed = [p.error for p in with_impacts if p.path == FIXED and p.error is not None]

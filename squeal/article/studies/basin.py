@@ -22,7 +22,7 @@ from squeal.article.studies.onset import (
     RATIO,
     SEED,
     STARTS,
-    Begun,
+    DampedStart,
     damped,
     sampled_states,
     settle_late,
@@ -74,7 +74,7 @@ def shares(scene: Scene) -> tuple[SampledShare, ...]:
     rows = []
     for half_width in HALF_WIDTHS:
         states = sampled_states(scene, half_width, STARTS)
-        late = settle_late([Begun(model, state) for state in states], scene.stop)
+        late = settle_late([DampedStart(model, state) for state in states], scene.stop)
         lasting = sum(settled is not None and settled.goes_on for settled in late.settled)
         rows.append(sampled_share(half_width, lasting, len(states)))
     return tuple(rows)

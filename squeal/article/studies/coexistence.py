@@ -284,14 +284,14 @@ def _dampings_at(curve: Boundary, value: float) -> list[float]:
 
     Between its points their logarithm is linear.
     """
-    found = []
+    dampings = []
     for first, second in itertools.pairwise(curve.points):
         x0 = first.a if curve.over == "a" else first.mu
         x1 = second.a if curve.over == "a" else second.mu
         if min(x0, x1) <= value <= max(x0, x1) and x0 != x1:
             share = (value - x0) / (x1 - x0)
-            found.append(float(first.zeta ** (1.0 - share) * second.zeta**share))
-    return found
+            dampings.append(float(first.zeta ** (1.0 - share) * second.zeta**share))
+    return dampings
 
 
 def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | None:

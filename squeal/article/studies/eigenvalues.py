@@ -43,7 +43,7 @@ ROUNDING = 1e-9  # real parts below this share of |s| are rounding
 RANK = 1e-12  # singular values of the loop below this share of the greatest are rounding
 RATIO = 0.005  # modal damping of the loops
 GREATEST = 1.5  # loop gain, which is friction
-AGREES = 1e-11  # of the greatest magnitude: poles by python-control and own ones differ by less
+AGREES = 1e-11  # of the greatest magnitude: poles by python-control and by squeal differ by less
 GAINS = 151  # of a root locus, up to `GREATEST`
 Row = tuple[float, ...]
 
@@ -60,8 +60,8 @@ class Pole(Record):
 class EquilibriumPoles(Record):
     """Contact, reaction (N) and tilt (rad) of an equilibrium, its poles with Im >= 0, its verdict.
 
-    free: the reaction (N) without friction; apart: greatest distance of an own eigenvalue from the
-    nearest of python-control's, over the greatest magnitude.
+    free: the reaction (N) without friction; apart: greatest distance of an eigenvalue by squeal
+    from the nearest of python-control's, over the greatest magnitude.
     """
 
     contact: str
@@ -92,8 +92,8 @@ class Loop(Record):
     input; followed: the friction at which the equilibrium that follows friction loses stability,
     None as for frozen; ends: why it is not followed to `GREATEST`, empty if it is; locus, path: the
     poles about the frozen equilibrium, and about the one that follows; apart: greatest distance of
-    a pole by python-control from an own eigenvalue, at all frictions of both, over the greatest
-    magnitude.
+    a pole by python-control from an eigenvalue by squeal, at all frictions of both, over the
+    greatest magnitude.
     """
 
     contact: str
@@ -116,7 +116,7 @@ class Loop(Record):
 class Eigenvalues(Result):
     """scenes: without damping, loops: with the modal damping `ratio`, by name of the scene; a scene
     without steady sliding has the reason. apart: the greatest distance of a pole by python-control
-    from an own eigenvalue, of all, which is below `agrees`."""
+    from an eigenvalue by squeal, of all, which is below `agrees`."""
 
     scenes: dict[str, EquilibriumPoles | Missing]
     loops: dict[str, Loop | Missing]
@@ -127,7 +127,7 @@ class Eigenvalues(Result):
 
     @property
     def wrong(self) -> str:
-        """A sentence if python-control and the own solver differ, else empty."""
+        """A sentence if python-control and squeal differ, else empty."""
         if self.apart < AGREES:
             return ""
         return f"poles by python-control are {self.apart:.1e} from the own eigenvalues"
@@ -170,10 +170,11 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     return tuple(sorted(rows, key=rising_frequency))
 
 
-def distance(poles_by_control: np.ndarray, own: np.ndarray) -> float:
-    """Greatest distance of an own eigenvalue from the nearest pole, over the greatest magnitude."""
-    nearest = np.abs(poles_by_control[:, None] - own[None, :]).min(axis=0)
-    return float(nearest.max() / np.abs(own).max())
+def distance(by_control: np.ndarray, by_squeal: np.ndarray) -> float:
+    """Greatest distance of an eigenvalue by squeal (n,) from the nearest pole by python-control
+    (m,), over the greatest magnitude."""
+    nearest = np.abs(by_control[:, None] - by_squeal[None, :]).min(axis=0)
+    return float(nearest.max() / np.abs(by_squeal).max())
 
 
 def examined(scene: Scene) -> EquilibriumPoles | Missing:
@@ -185,7 +186,7 @@ def examined(scene: Scene) -> EquilibriumPoles | Missing:
         return Missing(str(error))
     rows = poles(analysis.matrices)
     upper = np.array([complex(p.real, p.imag) for p in rows])  # of the upper half plane
-    own = np.array([e.value for e in analysis.spectrum.eigenvalues])  # by squeal
+    by_squeal = np.array([e.value for e in analysis.spectrum.eigenvalues])
     assert analysis.R_n is not None
     assert without_friction.R_n is not None
     return EquilibriumPoles(
@@ -195,7 +196,7 @@ def examined(scene: Scene) -> EquilibriumPoles | Missing:
         theta=analysis.q[2],
         poles=rows,
         verdict=analysis.judgement.verdict,
-        apart=distance(np.concatenate([upper, upper.conj()]), own),
+        apart=distance(np.concatenate([upper, upper.conj()]), by_squeal),
     )
 
 
@@ -341,7 +342,7 @@ def locus(mus: np.ndarray, values: np.ndarray) -> Locus:
 
 class FollowedPoles(NamedTuple):
     """Frictions (n,) that the branch of equilibria reaches, poles (n, 6) about it by python-control
-    in rad/s, and their greatest distance from own eigenvalues."""
+    in rad/s, and their greatest distance from eigenvalues by squeal."""
 
     mus: np.ndarray
     poles: np.ndarray
@@ -365,11 +366,11 @@ def followed_poles(scene: Scene, mus: np.ndarray) -> FollowedPoles:
 
 
 def frozen_distance(loop: FrictionLoop, gains: np.ndarray, values: np.ndarray) -> float:
-    """Greatest distance of the poles (gains, 6) of the closed loop from own eigenvalues."""
+    """Greatest distance of the poles (gains, 6) of the closed loop from eigenvalues by squeal."""
     greatest = 0.0
     for mu, row in zip(gains.tolist(), values, strict=True):
-        own = complex_eigenvalues(*loop.matrices(mu)).values
-        greatest = max(greatest, distance(row, own))
+        by_squeal = complex_eigenvalues(*loop.matrices(mu)).values
+        greatest = max(greatest, distance(row, by_squeal))
     return greatest
 
 

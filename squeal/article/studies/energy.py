@@ -26,11 +26,11 @@ LAWS: dict[LineForce, str] = {"mean": "printed law", "integral": "consistent law
 
 def motion_title(name: str) -> str:
     """Model, case and law of a motion from its name: b2-c-mean becomes B2 (c), printed law."""
-    model, case, *rest = name.split("-")
+    model, case, *law_in_name = name.split("-")  # points have no law in their name
     title = f"{model.upper()} ({case})"
-    for law, words in LAWS.items():
-        if rest == [law]:
-            title += f", {words}"
+    for law, law_title in LAWS.items():
+        if law_in_name == [law]:
+            title += f", {law_title}"
     return title
 
 

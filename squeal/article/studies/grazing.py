@@ -18,7 +18,7 @@ from squeal.article.identify.ensemble import Arrays
 from squeal.article.records import Record, Result
 from squeal.article.studies._heyoka import without_heyoka
 from squeal.article.studies._scenes import read_scenes
-from squeal.article.studies.onset import LONGER, Begun, damped, run
+from squeal.article.studies.onset import LONGER, DampedStart, damped, run
 from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, TRAIL
@@ -62,9 +62,9 @@ def settled(scene: Scene, ratios: Sequence[float]) -> Arrays:
     """Measures of the motions over one observation time after `LONGER`, one a damping ratio."""
     assert scene.stop is not None
     models = [damped_model(damped(scene, ratio)) for ratio in ratios]
-    begun = [Begun(model, np.array(scene.initial)) for model in models]
-    ends = run(begun, LONGER * scene.stop)["final"]
-    late = [Begun(model, end) for model, end in zip(models, ends, strict=True)]
+    starts = [DampedStart(model, np.array(scene.initial)) for model in models]
+    ends = run(starts, LONGER * scene.stop)["final"]
+    late = [DampedStart(model, end) for model, end in zip(models, ends, strict=True)]
     return run(late, scene.stop, partial(measures, places=PLACES))
 
 

@@ -198,7 +198,7 @@ class Onset(Result):
     left_out: str = ""
 
 
-class Begun(NamedTuple):
+class DampedStart(NamedTuple):
     """A damped pad and the state (6,) that it starts from, in SI units."""
 
     model: PadModel
@@ -210,10 +210,12 @@ def damped(scene: Scene, ratio: float) -> Scene:
     return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3) if ratio else None)
 
 
-def run(begun: Sequence[Begun], stop: float | np.ndarray, measure: Measure | None = None) -> Arrays:
+def run(
+    starts: Sequence[DampedStart], stop: float | np.ndarray, measure: Measure | None = None
+) -> Arrays:
     """Motions of one model and formulation, all over one time or each over its own (n,)."""
-    states = np.array([motion.state for motion in begun])
-    return simulate_damped([motion.model for motion in begun], states, stop, TOLERANCE, measure)
+    states = np.array([motion.state for motion in starts])
+    return simulate_damped([motion.model for motion in starts], states, stop, TOLERANCE, measure)
 
 
 class ForcePeaks(NamedTuple):
@@ -271,35 +273,35 @@ class Late(NamedTuple):
     ceased: int = 0
 
 
-def settle(begun: Sequence[Begun], before: float, observed: float) -> Late:
+def settle(starts: Sequence[DampedStart], before: float, observed: float) -> Late:
     """The motions after a time `before`, and what they do for a time `observed` from then on, s."""
-    _, second_signal = begun[0].model.law.plotted
+    _, second_signal = starts[0].model.law.plotted
     line = not second_signal.is_force  # on the line it is delta
-    first = run(begun, before)
+    first = run(starts, before)
     ends = first["final"]
     valid = np.flatnonzero(first["valid"]).tolist()  # indices of motions that reach this time
-    settled: list[Settled | None] = [None] * len(begun)
+    settled: list[Settled | None] = [None] * len(starts)
     if not valid:
         return Late(ends, settled)
-    late = run([Begun(begun[i].model, ends[i]) for i in valid], observed, measures)
+    late = run([DampedStart(starts[i].model, ends[i]) for i in valid], observed, measures)
     for row, i in enumerate(valid):
         if late["valid"][row]:
-            case = case_of(late, row, begun[i].model.pad.V)
+            case = case_of(late, row, starts[i].model.pad.V)
             full = float(late["shares"][row, FULL_CONTACT])
             settled[i] = _settled(case, int(late["changes"][row]), full, line)
     return Late(ends, settled)
 
 
-def settle_late(begun: Sequence[Begun], window: float) -> Late:
+def settle_late(starts: Sequence[DampedStart], window: float) -> Late:
     """What motions do after `LATE` observation times of `window` s each.
 
     Those that still change contact then are simulated on, and observed again after `LONGER`.
     """
-    states, settled, _ = settle(begun, LATE * window, OBSERVED * window)
+    states, settled, _ = settle(starts, LATE * window, OBSERVED * window)
     going_on = [i for i, motion in enumerate(settled) if motion and motion.goes_on]
     if not going_on:
         return Late(states, settled)
-    again = [Begun(begun[i].model, states[i]) for i in going_on]
+    again = [DampedStart(starts[i].model, states[i]) for i in going_on]
     later = settle(again, (LONGER - LATE) * window, OBSERVED * window)
     ceased = 0
     for i, state, motion in zip(going_on, later.states, later.settled, strict=True):
@@ -349,7 +351,7 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
     unstable = (growth_rate or 0.0) > 0.0
     sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
     states = disturbed(np.array([scene.initial, *sampled]), repeat)  # the reference one first
-    late = settle_late([Begun(model, state) for state in states], scene.stop)
+    late = settle_late([DampedStart(model, state) for state in states], scene.stop)
     reference, *others = late.settled
     lasting = [motion for motion in others if motion and motion.goes_on]
     liveliest: Settled | None = None
@@ -389,12 +391,12 @@ def repeats(scene: Scene, ratio: float, row: After) -> list[After]:
 
 def _points(scene: Scene, orbits: Sequence[Orbit]) -> list[CyclePoint]:
     """The cycles of a damped scene, their forces measured over two periods each."""
-    begun = []
+    starts = []
     for orbit in orbits:
         model = damped_model(scene.replace(mu=orbit.value))
-        begun.append(Begun(model, np.array(orbit.start)))
+        starts.append(DampedStart(model, np.array(orbit.start)))
     periods = np.array([orbit.period for orbit in orbits])
-    measured = run(begun, 2.0 * periods, measures)
+    measured = run(starts, 2.0 * periods, measures)
     points = []
     for i, orbit in enumerate(orbits):
         peaks = force_peaks(case_of(measured, i), scene.model == "B2")
@@ -541,7 +543,7 @@ def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:
     by_kind = {}
     for name, factors in kinds.items():
         model = damped_model(dataclasses.replace(scene, damping=Damping(rayleigh=factors)))
-        later = settle([Begun(model, state)], LONGER * scene.stop, OBSERVED * scene.stop)
+        later = settle([DampedStart(model, state)], LONGER * scene.stop, OBSERVED * scene.stop)
         (by_kind[name],) = later.settled
     return by_kind
 

@@ -18,10 +18,10 @@ def table(basin: Basin) -> str:
     rows = []
     widths: list[str] = []
     for name, shares in basin.shares.items():
-        widths = [f"${one.half_width:g}$" for one in shares]
+        widths = [f"${row.half_width:g}$" for row in shares]
         cells = []
-        for one in shares:
-            low = f"{100 * one.low:.0f}"
-            cells.append(f"{percent(one.share, 0)} ({low} to {100 * one.high:.0f})")
+        for row in shares:
+            low = f"{100 * row.low:.0f}"
+            cells.append(f"{percent(row.share, 0)} ({low} to {100 * row.high:.0f})")
         rows.append([NAMES[name], *cells])
     return tabular("l" + "r" * len(widths), ["half-width", *widths], [rows])

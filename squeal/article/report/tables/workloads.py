@@ -18,12 +18,12 @@ def table(accuracy: Accuracy) -> str:
         cells = [typeset(path)]
         for case in accuracy.changes:
             count = accuracy.least(case, path)
-            own = accuracy.least(case, OWN)
-            if count is None or own is None:
+            by_squeal = accuracy.least(case, OWN)
+            if count is None or by_squeal is None:
                 cells.append("--")
             elif path == OWN:
                 cells.append(str(count))
             else:
-                cells.append(f"{count} ({count / own:.1f})")
+                cells.append(f"{count} ({count / by_squeal:.1f})")
         rows.append(cells)
     return tabular("l" + "r" * len(accuracy.changes), ["", *accuracy.changes], [rows])
