@@ -55,8 +55,8 @@ def read_json(kind: type[T], file: Path) -> T:
 
 
 def call(function: Callable[..., T], words: Sequence[str]) -> T:
-    """What a function makes of some words of a command line, each as its parameter's annotation
-    wants it; the last parameter may take several.
+    """Call a function with words of a command line, each converted by the annotation of its
+    parameter; the last parameter may take several. Returns what the function returns.
 
     A class with a method `read` reads the file of that name; others, Path or str, take the word.
     Raises InputError where there are too many words or too few, or a file is refused.

@@ -82,8 +82,8 @@ def _regions(
         if curve.over == over and curve.kind == "fold":
             last = curve.points[-1]
             if last.zeta > high:
-                # the fold was traced up to a point above the panel: right of it `height_at` knows
-                # no fold, but the cycle is stable up to the top
+                # the fold was traced up to a point above the panel: at greater `values` `height_at`
+                # knows no fold, but the cycle is stable up to the top
                 upper[values >= getattr(last, over)] = high
     floor = np.array([floor_at(motion.boundaries, over, float(value)) for value in values])
     lower = np.maximum(unstable, floor)

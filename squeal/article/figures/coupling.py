@@ -82,8 +82,8 @@ def coupling_figure(record: Stability) -> Figure:
     shown = shown_branches(record)
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))
-        shape: Any = {"sharex": True, "sharey": "row", "height_ratios": (1.7, 1.0)}
-        grid = figure.subplots(2, len(shown), squeeze=False, **shape)
+        layout: Any = {"sharex": True, "sharey": "row", "height_ratios": (1.7, 1.0)}
+        grid = figure.subplots(2, len(shown), squeeze=False, **layout)
         for (scene, branch), upper, lower in zip(shown, *grid, strict=True):
             _column(scene, branch, upper, lower)
             lower.set_xlabel(r"friction $\mu$")

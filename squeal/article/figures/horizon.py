@@ -23,7 +23,7 @@ TOP = 10.0  # periods
 
 def _curves(axes: Axes, run: Run) -> None:
     """Draw the errors of a run over time, and their growth by the Lyapunov exponent as a line."""
-    for kind, (colour, mark, line, _) in KINDS.items():
+    for kind, (colour, mark, line, _) in KINDS.items():  # a mark at every fourth time
         errors = getattr(run.errors, kind)
         axes.plot(run.times, errors, line, color=colour, lw=0.8)
         axes.plot(run.times[::4], errors[::4], mark, color=colour, mfc="white", ms=3.5, mew=0.8)

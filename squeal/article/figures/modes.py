@@ -79,7 +79,7 @@ def modes_figure(record: Stability) -> Figure:
         grid[0, 0].set_ylim(bottom, top)
         handles, names = legend_of_phases(shapes)
         factors = dict.fromkeys(exaggeration(scene.w) for scene in scenes)
-        names[1] += f" ({'; '.join(factors)})"
+        names[1] += f" ({'; '.join(factors)})"  # of "displaced"
         figure.legend(handles, names, loc="outside upper center", ncols=3)
     return figure
 

@@ -71,7 +71,7 @@ class Study:
 
 
 def flipped(scene: Scene, switch: str) -> Scene:
-    """The scene with one switch of its formulation turned over."""
+    """The scene with the other choice of one switch of its formulation."""
     now = getattr(scene.formulation, switch)
     (other,) = (choice for choice in FORMULATION_CHOICES[switch] if choice != now)
     changed: Any = {switch: other}
@@ -85,10 +85,13 @@ def _positions(run: Simulation) -> np.ndarray:
 
 
 def switch_effect(switch: str) -> Callable[[Study], Measured]:
-    """E5, E6: what turning one switch over does to the four B2 runs and to the claims."""
+    """E5, E6: what the other choice of a switch does to the four B2 runs and to the claims.
+
+    switch: "delta_from" or "delta_moment", a field of `Formulation` with two choices.
+    """
 
     def effect(study: Study) -> Measured:
-        """Simulate and measure the four B2 cases with the switch turned over."""
+        """Simulate and measure the four B2 cases with the other choice."""
         final_change = 0.0  # of the position, over the range of the motion
         ended = []
         measured = {}

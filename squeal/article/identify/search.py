@@ -144,9 +144,9 @@ class Start:
         """
         import cma
 
-        free = [NAMES.index(name) for name in names]
+        free = [NAMES.index(name) for name in names]  # columns of points
         options = {
-            "bounds": [0.0, 1.0],
+            "bounds": [0.0, 1.0],  # of the unit cube
             "popsize": POPULATIONS[model],
             "verbose": -9,
             "seed": int(self.random.integers(1, 2**31)),

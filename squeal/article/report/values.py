@@ -23,11 +23,11 @@ def entry_of(results: Mapping[str, Any], key: str) -> Any:
 
     None in a study that was left out. Raises KeyError.
     """
-    study, *rest = key.split(".")
+    study, *keys = key.split(".")
     if left_out(results.get(study)):
         return None
     entry: Any = results[study]
-    for part in rest:
+    for part in keys:
         if isinstance(entry, list) and part.isdigit() and int(part) < len(entry):
             entry = entry[int(part)]
         elif isinstance(entry, dict) and part in entry:

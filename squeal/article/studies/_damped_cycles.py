@@ -160,6 +160,7 @@ class Cycles:
         """
         columns = [*range(7), *free]  # of X that change: state, period and the free parameters
         x = guess.copy()
+        # the phase condition: the correction of the state is orthogonal to the flow at the guess
         phase = np.zeros(SIZE)
         phase[:6] = self.pad_at(x).rates(x[:6])
         phase /= np.linalg.norm(phase)

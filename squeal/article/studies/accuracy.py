@@ -194,7 +194,10 @@ of the motion."""
 
 
 def hybrid(advance: Advance, scene: Scene) -> Run:
-    """Legs of one contact state each, joined at the contact changes that `advance` reports."""
+    """The run of a scene in legs of one contact state each, joined at the contact changes.
+
+    advance: integrates one leg in natural units, see `Advance` and `Leg`.
+    """
     _, model, state, stop = in_natural_units(scene)
     contact = state_of(first_contact(model, state))
     t = 0.0

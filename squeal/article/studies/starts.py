@@ -175,9 +175,11 @@ def sentences(record: Starts) -> Mapping[str, bool]:
         return {}
 
     def permanent(name: str) -> float:
+        """The share of the initial conditions with permanent contact over ten observation times."""
         return record.share(name, "permanent contact", 10)
 
     def hammering(name: str) -> float:
+        """The share of those that hammer in this time."""
         return record.share(name, "hammering", 10)
 
     points = [name for name in record.cases if name.startswith("b1")]
