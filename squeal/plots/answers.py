@@ -153,7 +153,7 @@ def _sweep(
     high = steps[-1].value
     if not isinstance(answer.source, PadSource) or low == high:  # one value is no path
         return coupling.sweep_drawing(name, rising)
-    # of a pad the paths are drawn from its thresholds, which are fast to compute
+    # of a pad the thresholds are computed, too, and the paths anew: both are fast
     scene = answer.source.scene
     return _thresholds_of_pad(scene, critical_friction(scene, high), name, low, high)
 

@@ -82,6 +82,7 @@ def data(scene: Scene) -> dict[str, Any]:
     }
     if not scene.pad_model.linear:
         judged = judged_equilibria(scene)
+        # the equilibrium on the branch, else the first one
         first = judged[0][0] if judged else None
         taken = next((equilibrium for equilibrium, _ in judged if equilibrium.on_branch), first)
         answer["admissible"] = taken is not None and taken.admissible

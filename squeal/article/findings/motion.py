@@ -149,7 +149,8 @@ def fed_by_the_law(study: Study) -> Measured:
             text += f" In case c under {law_name} the model ends: {error}."
             continue
         fed = works.fed / works.kinetic
-        numbers |= {f"fed_{law}": fed, f"turns_{law}": float(case.blows[0])}
+        edge_changes = case.blows[0]  # by blows of at least the first of `LEVELS`
+        numbers |= {f"fed_{law}": fed, f"turns_{law}": float(edge_changes)}
         work = f"{works.fed:+.2g} J"
         share = f"{fed:+.2g}"
         if abs(fed) < ROUNDING:
@@ -159,7 +160,7 @@ def fed_by_the_law(study: Study) -> Measured:
             f" In case c {law_name} does the work {work} ({share} of the greatest kinetic energy; "
             f"friction {works.friction:.2g} J), delta/w goes from "
             f"{case.second.low:.2f} to {case.second.high:.2f}, and the edge struck changes "
-            f"{case.blows[0]} times."
+            f"{edge_changes} times."
         )
     return Measured(numbers, text)
 

@@ -142,7 +142,7 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     import control
 
     A, B = state_matrices(*system)
-    plant = control.ss(A, B, np.eye(6), np.zeros((6, 3)))
+    plant = control.ss(A, B, np.eye(6), np.zeros((6, 3)))  # poles depend on A alone
     with np.errstate(invalid="ignore", divide="ignore"):
         _, ratios, values = control.damp(plant, doprint=False)
     rows = []
