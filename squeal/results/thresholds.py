@@ -15,6 +15,7 @@ from squeal.io.writing import (
     Table,
     copied_attributes,
     number,
+    with_known_digits,
 )
 from squeal.linear import CriticalPoint, Crossing
 from squeal.linear.roots import assigned
