@@ -168,13 +168,17 @@ def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
 class CrossingSearch:
     """The search for crossings of the imaginary axis on a reduced system along one parameter.
 
-    It stores the spectra that it has computed. Raises InputError if the region contains no part of
-    the upper imaginary axis.
+    It stores the spectra that it has computed. Crossings by real roots are searched unless
+    the full system without zeros of free motions is given, on which they are known. Raises
+    InputError if the region contains no part of the upper imaginary axis.
     """
 
-    def __init__(self, reduction: ReducedBasis | Reduction, name: str) -> None:
+    def __init__(
+        self, reduction: ReducedBasis | Reduction, name: str, held: ScaledSystem | None
+    ) -> None:
         self.reduction = reduction
         self.name = name
+        self.held = held
         self.scaled = ScaledSystem(reduction.system)
         region = reduction.region
         if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
@@ -191,6 +195,9 @@ class CrossingSearch:
         if value not in self._spectra:
             roots = self.reduction.roots({self.name: value})
             roots = roots.select(self.region.contains(roots.values))
+            if self.held is not None:
+                zeros = np.flatnonzero(roots.values == 0.0)[: self.held.zeros]
+                roots = roots.select(np.delete(np.arange(len(roots.values)), zeros))
             self._spectra[value] = spectrum_with_slopes(
                 self.reduction.system, self.name, value, roots
             )
@@ -210,9 +217,14 @@ class CrossingSearch:
         after = self.at(high)
         match = _match(before, after)
         division = self._division(before, after, match)
+        pairs = []
+        for i, j in zip(match.before, match.after, strict=True):
+            is_real = np.abs([before.z[i].imag, after.z[j].imag]).max() <= self.imag_rounding
+            if self.held is None or not is_real:
+                pairs.append((i, j))
         crossings: list[AxisCrossing] = []
         if division is None:
-            for i, j in zip(match.before, match.after, strict=True):
+            for i, j in pairs:
                 of_root = self._crossings_of_root(before, after, i, j)
                 inside = [crossing for crossing in of_root if low <= crossing.value <= high]
                 if not _explain(inside, before.z[i], after.z[j]):
@@ -226,7 +238,7 @@ class CrossingSearch:
             yield from self.between(low, division, shortest)
             yield from self.between(division, high, shortest)
         else:
-            for i, j in zip(match.before, match.after, strict=True):
+            for i, j in pairs:
                 if not _changes_sign(before.z[i], after.z[j]):
                     continue
                 if abs(before.z[i].real) < abs(after.z[j].real):
@@ -410,13 +422,13 @@ class _ReducedCrossing(NamedTuple):
 
 
 def _crossings_of_reduced(
-    reduction: Reduction, name: str, values: Sequence[float]
+    reduction: Reduction, name: str, values: Sequence[float], held: ScaledSystem | None
 ) -> Iterator[_ReducedCrossing]:
     """The crossings of each frozen part of the reduced system."""
     shortest = SHORTEST_STEP * (values[-1] - values[0])
     for part in _frozen_parts(reduction):
         reduced = part.path_reduction
-        search_on_part = CrossingSearch(reduced, name)
+        search_on_part = CrossingSearch(reduced, name, held)
         scale = search_on_part.scaled.scale
         for a, b in itertools.pairwise(values):
             for guess in search_on_part.between(a, b, shortest):
@@ -429,7 +441,11 @@ def _crossings_of_reduced(
 
 
 def crossings_along(
-    reduction: Reduction, name: str, values: Sequence[float], known: Sequence[CrossingGuess] = ()
+    reduction: Reduction,
+    name: str,
+    values: Sequence[float],
+    zero_roots: Sequence[CrossingGuess] = (),
+    held: ScaledSystem | None = None,
 ) -> tuple[list[AxisCrossing], list[str]]:
     """All crossings of the imaginary axis by roots in the region of a reduction, while the
     parameter goes from its first to its last value.
@@ -446,8 +462,11 @@ def crossings_along(
         The parameter.
     values : sequence of float
         Its values, rising: the ends of the first steps.
-    known : sequence of CrossingGuess
-        Guesses from elsewhere, with vectors in the scaled coordinates of the full system.
+    zero_roots : sequence of CrossingGuess
+        All crossings by real roots, with vectors in the scaled coordinates of `held`.
+    held : ScaledSystem, optional
+        The full system without the zeros of free motions. Left out, crossings by real roots are
+        searched on the reduced system.
 
     Returns
     -------
@@ -462,13 +481,15 @@ def crossings_along(
     InputError
         If the region contains no part of the upper imaginary axis.
     """
-    from_elsewhere = [_ReducedCrossing(guess, is_near_part=True) for guess in known]
-    of_reduced = _crossings_of_reduced(reduction, name, values)
+    from_elsewhere = [_ReducedCrossing(guess, is_near_part=True) for guess in zero_roots]
+    of_reduced = _crossings_of_reduced(reduction, name, values, held)
+    full = reduction.scaled
+    real = held or full  # on which crossings by real roots are located
     crossings: list[AxisCrossing] = []  # each once
     unconfirmed: list[str] = []
     for guess, is_near_part in itertools.chain(from_elsewhere, of_reduced):
         try:
-            crossing = axis_crossing(reduction.scaled, name, guess)
+            crossing = axis_crossing(full if guess.omega else real, name, guess)
         except ComputationError as error:
             if is_near_part:
                 unconfirmed.append(str(error))

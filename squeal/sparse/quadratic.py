@@ -124,10 +124,13 @@ class ScaledSystem:
 
     Rows and columns are scaled alike, by powers of two, to a unit diagonal of K + w |C| + w^2 M at
     a median frequency w and the system's own parameters: mixtures of units cost no accuracy.
-    `terms` are the scaled matrices of M, of C and of K. Raises InputError for an empty row.
+    Another scale (n,) may be given. `terms` are the scaled matrices of M, of C and of K, `zeros`
+    counts roots at zero that the system lacks, 0 at first. Raises InputError for an empty row.
     """
 
-    def __init__(self, system: System) -> None:
+    zeros = 0
+
+    def __init__(self, system: System, scale: Array | None = None) -> None:
         from scipy.sparse import csc_array
 
         self.system = system
@@ -136,7 +139,9 @@ class ScaledSystem:
         for terms in system.parts:
             self.terms.append([csc_array(term.matrix, copy=True) for term in terms])
         self._zero = csc_array((self.n, self.n))
-        self.scale = _diagonal_scale(system, self.terms)
+        if scale is None:
+            scale = _diagonal_scale(system, self.terms)
+        self.scale = scale
         for A in itertools.chain(*self.terms):
             A.sum_duplicates()
             columns = np.repeat(np.arange(self.n), np.diff(A.indptr))

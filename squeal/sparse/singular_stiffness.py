@@ -4,10 +4,8 @@ Such a root may come from far above a band and leave it again between two values
 so that no spectrum shows it. If det K has different signs at the ends of a part of the range, an
 odd number of roots pass zero in it. If 1 - K(middle)^-1 K contracts, none does.
 
-Free motions X, with K X = 0 at all parameters, hide other roots that pass zero. Then K is bordered
-by M X: if C X lies in the span of M X, [[K, M X], [(M X)', 0]] is singular where another root is
-zero. The vectors of that root are known only up to free motions, so that it is reported without
-being located.
+Free motions X, with K X = 0 at all parameters, hide what else passes zero. `without_zeros` borders
+the system by what is left of P(lambda) X without the zeros of these motions.
 """
 
 from __future__ import annotations
@@ -16,27 +14,25 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import block_array
+from scipy.sparse import csc_array, eye_array
 
 from squeal.linear.matrices import EPS, Array
+from squeal.linear.terms import Term
 from squeal.sparse.crossings import NEWTON_STEPS, CrossingGuess
 from squeal.sparse.dense import STIFFNESS_ROUNDING
 from squeal.sparse.eigensolver import enlarged
 from squeal.sparse.factor import Factor, factorise, factorise_at
-from squeal.sparse.quadratic import ScaledSystem
+from squeal.sparse.quadratic import ScaledProblem, ScaledSystem, projected
 from squeal.sparse.reduction import Complement
-
-if TYPE_CHECKING:
-    from scipy.sparse import csc_array
 
 SHORTEST_PART = 2.0**-10  # of the range: shorter parts are not halved
 MOST_PARTS = 200  # that are examined at most
 NEAR_ZERO = 1e-6  # of the frequency scale: far below the lowest roots that are not zero
-MOST_FREE = 12  # free motions, of two bodies
+MOST_FREE = 12  # free motions, of two bodies; beside as many no static loss is looked for
+SLOW = 1e-4  # random forces do less than this share to a motion of this share, or n is 10^8
 LARGEST_CONTRACTION = 0.4  # below 1, since few powers of T may underestimate its contraction
 DROPPED_PART = 1e-12  # of null vectors: what they add less is left out
 
@@ -59,7 +55,7 @@ def singular_stiffness(
     Parameters
     ----------
     scaled : ScaledSystem
-        The full system, real.
+        The full system, real, `without_zeros`.
     values : sequence of float
         Of the parameter, rising: the ends of the range, and others at which the contraction is
         computed too if K is not linear in the parameter.
@@ -69,13 +65,10 @@ def singular_stiffness(
     crossings : list of CrossingGuess
         With omega 0, in no order.
     unclear : list of str
-        A sentence for each change of sign without a located crossing, for each singular K of a
-        system with free motions, of which no crossing is given, and for free motions that prevent
-        the search.
+        A sentence for each change of sign that was not located, and one if K is singular at all
+        values.
     """
     stiffness = _SweptStiffness(scaled, values)
-    if not stiffness.is_border_valid:
-        return [], ["beside so many free motions, or so damped ones, no static loss is looked for"]
     span = values[-1] - values[0]
     edge = 1e-6 * span  # what is cut out on either side of a singular K
     crossings: list[CrossingGuess] = []
@@ -112,16 +105,94 @@ def singular_stiffness(
             unclear.append(f"a real root passes zero between {where} and was not located")
     if stiffness.is_singular_everywhere:
         unclear.append("K is singular at all values, so that no static loss is looked for")
-    if stiffness.border.size:
-        for crossing in crossings:
-            where = f"{stiffness.name} = {crossing.value:.6g}"
-            unclear.append(f"a real root passes zero near {where}, beside free motions")
-        return [], unclear
     return crossings, unclear
 
 
+def without_zeros(scaled: ScaledSystem, values: Sequence[float]) -> ScaledSystem:
+    """A real system, bordered so that it has all its roots but the zeros of free motions.
+
+    X1 are free motions that nothing damps, X2 others, with C X2 of full rank. As P(lambda) X1 =
+    lambda^2 M X1 and P(lambda) X2 = lambda (C + lambda M) X2, the determinant of
+    [[P(lambda), M X1, (C + lambda M) X2], [X', 0, 0]] is that of P(lambda) without one factor
+    lambda for each column of X2 and two for each of X1, but for a constant.
+
+    Parameters
+    ----------
+    scaled : ScaledSystem
+        The system, n rows. It is returned itself where it has no free motions or too many.
+    values : sequence of float
+        Of the parameter: K X is zero at all of them.
+
+    Returns
+    -------
+    ScaledSystem
+        Its first n rows have the scaled coordinates of the system.
+    """
+    name = scaled.system.parameter
+    slow = _slow_motions(scaled.at({name: values[0]}))
+    if not slow.size:
+        return scaled
+    problems = [scaled.at({name: value}) for value in values]
+    noise = STIFFNESS_ROUNDING * max(problem.norms[2] for problem in problems)
+    free, _ = _split_by_forces(slow, [problem.K @ slow for problem in problems], noise)
+    count = free.shape[1]
+    if count in (0, MOST_FREE):
+        return scaled
+    # a root -c / m is as good as zero up to where rounding of K moves zeros: c = sqrt(noise m)
+    slight = math.sqrt(noise * problems[0].norms[0])
+    undamped, damped = _split_by_forces(free, [p.C @ free for p in problems], slight)
+    undamped = undamped * problems[0].frequency_scale ** 2  # M X1 in size as K
+
+    n = scaled.n
+    system = scaled.system
+    first = eye_array(n, n + count)
+    last = eye_array(count, n + count, k=n)
+    inverse_scale = 1.0 / scaled.scale[:, None]
+    of_damped = csc_array(np.hstack([0.0 * undamped, damped]) / inverse_scale) @ last
+    of_undamped = csc_array(np.hstack([undamped, 0.0 * damped]) / inverse_scale) @ last
+    sides = Term(last.T @ csc_array(free * inverse_scale).T @ first)
+
+    plain = projected(system, first, first)
+    beside = projected(system, first, of_damped)
+    stiffness = (*plain.K, *projected(system, first, of_undamped).M, *beside.C, sides)
+    bordered = replace(plain, C=plain.C + beside.M, K=stiffness)
+    held = ScaledSystem(bordered, np.append(scaled.scale, np.ones(count)))
+    held.zeros = count + undamped.shape[1]
+    return held
+
+
+def _slow_motions(problem: ScaledProblem) -> Array:
+    """Orthonormal motions (n, k) that hold all free ones; none where K holds every motion.
+
+    By inverse iteration on K + s^2 M, s just above zero, which leaves free motions and rounding:
+    C would mix in other motions. A free motion has 1 / s^2 times the size of what moves it.
+    """
+    undamped = replace(problem, C=0.0 * problem.C)
+    s = NEAR_ZERO * problem.frequency_scale
+    _, factor = factorise_at(undamped, complex(s))
+    vectors = np.random.default_rng(2).standard_normal((problem.n, MOST_FREE))
+    first = vectors[:, :1]
+    if s**2 * np.linalg.norm(factor.solve(problem.M @ first)) < SLOW * np.linalg.norm(first):
+        return np.zeros((problem.n, 0))
+    for _ in range(2):
+        vectors, _ = np.linalg.qr(factor.solve(problem.M @ vectors))
+    return vectors
+
+
+def _split_by_forces(motions: Array, forces: Sequence[Array], noise: float) -> tuple[Array, Array]:
+    """Combinations of orthonormal motions (n, k) with forces up to `noise`, and the others.
+
+    forces: of the motions. The first combinations are orthonormal, the others have forces of unit
+    size together.
+    """
+    _, sizes, coordinates = np.linalg.svd(np.vstack(forces), full_matrices=False)
+    combinations = motions @ coordinates.T
+    is_free = sizes <= noise
+    return combinations[:, is_free], combinations[:, ~is_free] / sizes[~is_free]
+
+
 class _SweptStiffness:
-    """K over the free parameter, bordered: signs of its determinant, and where it is regular."""
+    """K over the free parameter: signs of its determinant, and where it is regular."""
 
     def __init__(self, scaled: ScaledSystem, values: Sequence[float]) -> None:
         self.scaled = scaled
@@ -133,39 +204,10 @@ class _SweptStiffness:
             slopes.add(tuple(term.factor.slope(p, self.name) for term in scaled.system.K))
         # K that is linear in the parameter differs most from that of the middle at the ends
         self._inner_values = values if len(slopes) > 1 else ()
-        self.border, self.is_border_valid = self._inertia_of_free_motions(values)
-
-    def _inertia_of_free_motions(self, values: Sequence[float]) -> tuple[Array, bool]:
-        """M X (n, k) of the free motions X, scaled to the size of K, and whether this border is
-        valid: X are all free motions, and C X lies in the span of M X at all values."""
-        problems = [self.scaled.at({self.name: value}) for value in values]
-        problem = problems[0]
-        damping_size = max(at_value.norms[1] for at_value in problems)
-        stiffness_size = max(at_value.norms[2] for at_value in problems)
-        # inverse iteration on K + s^2 M, s just above zero (C would mix in other motions), which
-        # leaves free motions and rounding
-        undamped = replace(problem, C=0.0 * problem.C)
-        _, factor = factorise_at(undamped, complex(NEAR_ZERO * problem.frequency_scale))
-        vectors = np.random.default_rng(2).standard_normal((problem.n, MOST_FREE))
-        for _ in range(2):
-            vectors, _ = np.linalg.qr(factor.solve(problem.M @ vectors))
-        forces = np.vstack([at_value.K @ vectors for at_value in problems])
-        _, sizes, coordinates = np.linalg.svd(forces, full_matrices=False)
-        free = vectors @ coordinates[sizes <= STIFFNESS_ROUNDING * stiffness_size].T
-        inertia = problem.M @ free
-        directions, _ = np.linalg.qr(inertia)
-        # as many as were searched: there may be more
-        is_valid = free.shape[1] < min(MOST_FREE, problem.n)
-        for at_value in problems:
-            damping = at_value.C @ free
-            others = damping - directions @ (directions.T @ damping)
-            is_valid &= bool(np.all(np.abs(others) <= STIFFNESS_ROUNDING * damping_size))
-        return problem.frequency_scale**2 * inertia, is_valid
 
     def at(self, value: float) -> csc_array:
-        """K at a value of the parameter, bordered."""
-        K = self.scaled.at({self.name: value}).K
-        return block_array([[K, self.border], [self.border.T, None]], format="csc")
+        """K at a value of the parameter."""
+        return self.scaled.at({self.name: value}).K
 
     @property
     def is_singular_everywhere(self) -> bool:
@@ -220,8 +262,8 @@ class _SweptStiffness:
 def singular_between(
     stiffness: _SweptStiffness, low: float, high: float, edge: float
 ) -> CrossingGuess | None:
-    """Where K, bordered, is singular between two values of the free parameter: a guess with omega 0
-    and the unit null vectors x, y of the bordered K.
+    """Where K is singular between two values of the free parameter: a guess with omega 0 and the
+    unit null vectors x, y of K.
 
     By Newton's method on y' K(p) x = 0 from the middle, alternating with inverse iteration for x
     and y, until a step is at most 1e-3 of `edge`, half the width that the caller cuts out. None if
@@ -232,7 +274,6 @@ def singular_between(
     for _ in range(NEWTON_STEPS):
         K = stiffness.at(value)
         slope = stiffness.scaled.slope(stiffness.name, {stiffness.name: value}, 0.0)
-        slope.resize(K.shape)  # zeros in the border
         with suppress(ZeroDivisionError), np.errstate(all="ignore"):
             factor = factorise(K)
             # inverse iteration on the pencil (K, dK/dp): null vectors of K + m dK/dp for the

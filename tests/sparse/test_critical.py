@@ -14,7 +14,7 @@ from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import CrossingGuess, axis_crossing, crossings_along
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
-from squeal.sparse.singular_stiffness import singular_stiffness
+from squeal.sparse.singular_stiffness import singular_stiffness, without_zeros
 from tests import large
 from tests.known import affine
 
@@ -106,21 +106,14 @@ def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact, free
     M = csc_array(np.eye(rows))
     system = TermSystem((Term(M),), (Term(0.01 * M),), (Term(still), *moved), {"p": 0.5}, "p")
     values = [ends[0] + x * (ends[1] - ends[0]) for x in (0.0, 0.26, 0.51, 0.78, 1.0)]
-    found, unclear = singular_stiffness(ScaledSystem(system), values)
-    if free:
-        assert not found
-        assert sorted(told(unclear)) == pytest.approx(exact, abs=1e-5)
-        return
+    bordered = without_zeros(ScaledSystem(system), values)
+    assert bordered.zeros == free  # C acts on all free motions
+    found, unclear = singular_stiffness(bordered, values)
     assert sorted(one.value for one in found) == pytest.approx(exact, abs=1e-8)
     assert not unclear
     low, high = ends
     loss = squeal.thresholds(system, low=low, high=high, band=(0.0, 0.01), prove=False)
     assert sorted(c.mu for c in loss.crossings) == pytest.approx(exact, abs=1e-8)
-
-
-def told(sentences):
-    """The values of the parameter at which a real root is said to pass zero beside free motions."""
-    return [float(sentence.split(" = ")[1].split(",")[0]) for sentence in sentences]
 
 
 def test_free_motions_that_friction_pushes_hide_no_static_loss(rng):
@@ -134,15 +127,20 @@ def test_free_motions_that_friction_pushes_hide_no_static_loss(rng):
     M = csc_array(np.eye(17))
     scaled = ScaledSystem(affine(M, K0, K1, 0.01 * M))
     for high, exact in ((0.8, []), (2.5, [1, 2])):
-        found, unclear = singular_stiffness(scaled, np.linspace(0.0, high, 4).tolist())
-        assert not found
-        assert sorted(told(unclear)) == pytest.approx(exact)
+        values = np.linspace(0.0, high, 4).tolist()
+        found, unclear = singular_stiffness(without_zeros(scaled, values), values)
+        assert not unclear
+        assert sorted(crossing.value for crossing in found) == pytest.approx(exact)
 
 
 @pytest.mark.parametrize(
-    ("M", "C"), [([[1, 1], [1, 2]], [[1, 0], [0, 1]]), ([[1, 0], [0, 1]], [[1, 1], [1, 2]])]
+    ("M", "C", "kind", "exact"),
+    [
+        ([[1, 1], [1, 2]], [[1, 0], [0, 1]], "flutter", 11 / 3),
+        ([[1, 0], [0, 1]], [[1, 1], [1, 2]], "divergence", 4.0),
+    ],
 )
-def test_no_static_loss_is_certified_beside_a_free_motion_that_is_damped_otherwise(M, C):
+def test_a_loss_beside_a_free_motion_with_its_own_damping_is_certified(M, C, kind, exact):
     """det P = s (s^3 + ...): of K = [[0, mu], [0, 4]] the first loses stability by flutter at 11/3
     and keeps its real roots, the second by a real root at 4."""
     high_frequencies = np.linspace(1e4, 1.4e4, 420)
@@ -152,7 +150,45 @@ def test_no_static_loss_is_certified_beside_a_free_motion_that_is_damped_otherwi
     M = block_diag([np.array(M), np.eye(420)], format="csc")
     C = block_diag([np.array(C), 0.02 * np.diag(high_frequencies)], format="csc")
     system = squeal.System(M, C, {"1": K0, "mu": K1})
-    assert not squeal.thresholds(system, 6.0, band=(0.0, 2.0)).certified
+    answer = squeal.thresholds(system, 6.0, band=(0.0, 2.0))
+    assert answer.certified
+    (crossing,) = answer.crossings
+    assert (crossing.kind, crossing.direction) == (kind, "up")
+    assert crossing.mu == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize(
+    ("dampers", "zeros"), [((0.0, 0.0, 0.0), 4), ((0.0, 0.3, 0.0), 3), ((0.4, 0.2, 0.3), 2)]
+)
+def test_a_static_loss_beside_free_motions_that_dampers_hold(dampers, zeros, way, rng):
+    """Three free motions, two of them with dampers to the ground, one with a spring k (0.7 - p) of
+    either sign; C couples all, and an orthogonal matrix mixes the rows with 420 fast ones."""
+    coupling = rng.uniform(-0.1, 0.1, (3, 3))
+    C = np.diag(dampers) + coupling @ coupling.T * np.outer(dampers, dampers) + 0.0
+    C[2, 2] += 0.5
+    frequencies = rng.uniform(300.0, 900.0, 420)
+    Q = np.linalg.qr(rng.standard_normal((8, 8)))[0]
+    Q = block_diag([*([Q] * 52), np.eye(7)], format="csc")
+    order = rng.permutation(423)
+    mixed = []
+    for block, fast in (
+        (np.eye(3), np.ones(420)),
+        (C, 0.02 * frequencies),
+        (np.diag([0.0, 0.0, 0.7 * way]), frequencies**2),
+        (np.diag([0.0, 0.0, -1.0 * way]), np.zeros(420)),
+    ):
+        A = block_diag([block, np.diag(fast)], format="csc")[order][:, order]
+        mixed.append(csc_array(Q @ A @ Q.T))
+    M, C, K0, K1 = mixed
+    system = squeal.System(M, C, {"1": K0, "mu": K1})
+    held = without_zeros(ScaledSystem(system), [0.0, 0.3, 1.5])
+    assert held.zeros == zeros
+    answer = squeal.thresholds(system, 1.5, band=(0.0, 2.0))
+    (crossing,) = answer.crossings
+    assert crossing.mu == pytest.approx(0.7, abs=1e-8)
+    assert crossing.direction == ("up" if way > 0 else "down")
+    assert answer.certified
 
 
 def test_a_change_of_sign_that_is_not_located_is_said(monkeypatch):

@@ -45,9 +45,9 @@ from squeal.sparse.crossings import CrossingGuess, coalescences, crossings_along
 from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import FirstLook
-from squeal.sparse.quadratic import PROGRESS
+from squeal.sparse.quadratic import PROGRESS, ScaledSystem
 from squeal.sparse.reduction import Reduction
-from squeal.sparse.singular_stiffness import singular_stiffness
+from squeal.sparse.singular_stiffness import singular_stiffness, without_zeros
 
 if TYPE_CHECKING:  # few systems need the referee
     from squeal.proof.polynomials import Change, ExactRange
@@ -396,20 +396,22 @@ def _located_on_reduction(
     unconfirmed: list[str] = []
     unclear_static: list[str] = []
     zero_roots: list[CrossingGuess] = []
+    held: ScaledSystem | None = None
     region = reduction.region
     if system.real and not is_shared and region.low_imag < 0.0:
         # static losses of stability: the region holds roots that pass through zero, where K is
         # singular; their vectors are added to the basis
-        zero_roots, unclear_static = singular_stiffness(reduction.scaled, values)
+        held = without_zeros(reduction.scaled, values)
+        zero_roots, unclear_static = singular_stiffness(held, values)
         for guess in zero_roots:
-            reduction.extend(np.column_stack([guess.right, guess.left]))
+            reduction.extend(np.column_stack([guess.right, guess.left])[: system.n])
     PROGRESS.get()("following the roots of the reduced system")
     events: Sequence[Event]
     if isinstance(reduction, DispersiveReduction) and system.undamped and not system.C:
         # each root at its own frequency stays on the axis until two coalesce
         events = coalescences(reduction, name, values)
     elif not system.real or problem_class_of(matrices_of(reduction.system, values)) is DAMPED:
-        events, unconfirmed = crossings_along(reduction, name, values, zero_roots)
+        events, unconfirmed = crossings_along(reduction, name, values, zero_roots, held)
     else:  # undamped: coalescences of the reduced system, which are not located on the full one
         on_reduced = _events_inside([search(reduction.system, low, high)], region)
         events = [_with_rounding(reduction, name, event, low) for event in on_reduced]
