@@ -69,8 +69,7 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     shares = share_of_largest(errors.reshape(-1, 9).T, np.abs(A).reshape(-1, 9).T)
     may_change = np.zeros(len(A), bool)
     may_change[~damped] = _errors_may_change_undamped(A[~damped], errors[~damped])
-    # marginal: errors hide whether a root grows. They may also make a growing pair two real roots,
-    # which is not examined
+    # marginal: errors hide whether a root grows
     may_change[damped] = damped_verdicts(A[damped], B[damped], shares[damped]) == MARGINAL
     # a pair and a real root may grow equally fast, unless their rates differ by more than errors
     # move a triple root of the scaled matrix. An undamped pair and root grow only with a negative
@@ -80,8 +79,15 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     values = np.linalg.eigvals(matrices)
     of_reals = np.where(values.imag == 0.0, values.real, 0.0).max(axis=1)
     of_pairs = np.where(values.imag != 0.0, values.real, 0.0).max(axis=1)
-    are_equal = np.abs(of_pairs - of_reals) <= np.cbrt(shares[may_tie])
+    reach = np.cbrt(shares[may_tie])
+    are_equal = np.abs(of_pairs - of_reals) <= reach
     may_change[may_tie] |= (of_pairs > 0.0) & (of_reals > 0.0) & are_equal
+    # a damped pair may turn into two real roots or the reverse, where the fastest two nearly meet
+    rows = np.arange(len(values))
+    fastest = values[rows, values.real.argmax(axis=1)]
+    distances = np.sort(np.abs(values - fastest[:, None]), axis=1)[:, 1]
+    may_meet = np.maximum(distances, np.abs(fastest.imag)) <= reach
+    may_change[may_tie] |= (fastest.real > 0.0) & may_meet & damped[may_tie]
     return may_change
 
 

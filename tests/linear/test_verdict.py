@@ -282,3 +282,19 @@ def test_errors_may_change_which_instability_is_the_faster(damping, seed):
 def test_a_tie_is_open_beside_a_second_real_root_and_at_a_triple_one(A, B, is_open):
     errors = 1e-11 * np.abs(A) + 1e-11 * np.eye(3)[[1, 2, 0]].T * (A[0, 1] != 0.0)
     assert errors_may_change(A[None], B[None], errors[None]).tolist() == [is_open]
+
+
+@pytest.mark.parametrize(("square", "is_open"), [(5e-12, True), (-5e-12, True), (0.01, False)])
+def test_a_damped_pair_that_errors_turn_real_is_open(square, is_open):
+    """z'' - 2 z' + (1 + square) z = 0 has the roots 1 +- sqrt(-square), beside decaying ones."""
+    A = np.diag([1.0 + square, 5.0, 6.0])
+    B = np.diag([-2.0, 0.5, 0.5])
+    errors = 1e-11 * A
+    kinds = {kind_of_square(A[0, 0] + sign * errors[0, 0] - 1.0) for sign in (-1.0, 1.0)}
+    assert (len(kinds) == 2) == is_open
+    assert errors_may_change(A[None], B[None], errors[None]).tolist() == [is_open]
+
+
+def kind_of_square(square):
+    """The verdict on 1 +- sqrt(-square)."""
+    return "flutter" if square > 0.0 else "divergence"
