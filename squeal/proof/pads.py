@@ -55,6 +55,9 @@ WIDE = 0.1
 """An open interval of t wider than this is halved before its cell is narrowed."""
 COEFFICIENTS_OPEN = "what grows cannot be counted"
 TOUCHES = "roots meet without crossing the axis"
+WIDE_EVENT = 1e-3
+"""A share of the range of friction: a threshold is not known to an interval that is wider."""
+WIDE_THRESHOLD = "a threshold is not enclosed closely"
 WIDE_FOLD = "the friction at which the branch turns back is not enclosed closely"
 
 
@@ -289,9 +292,8 @@ class _BranchComparison:
         """Compare an event with the claims that lie in it; None if it is as claimed, or a fold.
 
         The count has to rise by the sum of the rises claimed, which have to have one sign: a rise
-        and a fall in one event cancel, so that the count shows neither. An event without claims, in
-        which the count does not change, is allowed if at most the roots that are counted grow
-        faster than `growth_below`.
+        and a fall in one event cancel, so that the count shows neither. At most the roots that are
+        counted may grow faster than `growth_below` within it, and an event with claims is narrow.
         """
         middle = (event.low + event.high) / 2.0
         problem = self._problem_of_passed_claim(event.low)
@@ -307,13 +309,15 @@ class _BranchComparison:
             return Problem("refuted", reason, middle)
         if abs(sum(rises)) != sum(map(abs, rises)):
             return Problem("open", CANCELS, middle)
+        if claims and event.high - event.low > WIDE_EVENT * self.branch.high:
+            return Problem("open", WIDE_THRESHOLD, middle)
+        most = max(event.before, event.after)
+        if not all(self._no_more_grow(part, most) for part in event.open_parts):
+            return Problem("open", TOUCHES, middle)
         for claim in claims:
             self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
         self.unmet = self.unmet[len(claims) :]  # they ascend: these are its first
-        if not claims and event.open_parts:
-            self.roots_met = True
-            if not all(self._no_more_grow(part, event.before) for part in event.open_parts):
-                return Problem("open", TOUCHES, middle)
+        self.roots_met |= not claims and bool(event.open_parts)
         return None
 
     def _problem_of_passed_claim(self, mu: float) -> Problem | None:

@@ -266,6 +266,24 @@ def test_a_fold_at_a_contact_proves_no_part_without_a_count(monkeypatch, open_fr
     assert prove_pad(branch(scene, 2.0), claims, fold, None, 1e-1).status == "open"
 
 
+@pytest.mark.parametrize("claimed", [0.344, 0.34586737781, 0.348])
+def test_a_threshold_within_a_wide_open_interval_is_open(claimed, monkeypatch):
+    """b1-a flutters at 0.34587; signs around it are made unknown."""
+    by_signs = _BranchComparison._parts_by_signs
+
+    def open_between(self: Any, cell: Any, start: float, end: float) -> Any:
+        parts = by_signs(self, cell, start, end)
+        return [
+            part._replace(growing=None) if 0.3 < float(part.friction.mid()) < 0.4 else part
+            for part in parts
+        ]
+
+    monkeypatch.setattr(_BranchComparison, "_parts_by_signs", open_between)
+    proof = prove_pad(branch(scene_of("b1-a"), 2.0), [Claim(claimed, 2)], None, None, 1e-1)
+    assert proof.status == "open"
+    assert not proof.places
+
+
 @pytest.mark.parametrize(("stem", "ratio"), [("b1-a", 0.01), ("b2-a", 0.003), ("b1-d", 0.02)])
 def test_damped_pads_are_proved_as_eigenvalues_at_40_digits_say(stem, ratio):
     """On both sides of what is proved as many roots grow as the list says, and none without."""
