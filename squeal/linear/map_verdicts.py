@@ -65,7 +65,7 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     """
     if B is None:
         B = np.zeros_like(A)
-    damped = B.any(axis=(1, 2))
+    damped = np.asarray(B.any(axis=(1, 2)))
     shares = share_of_largest(errors.reshape(-1, 9).T, np.abs(A).reshape(-1, 9).T)
     may_change = np.zeros(len(A), bool)
     may_change[~damped] = _errors_may_change_undamped(A[~damped], errors[~damped])

@@ -32,7 +32,7 @@ SHORTEST_PART = 2.0**-10  # of the range: shorter parts are not halved
 MOST_PARTS = 200  # that are examined at most
 NEAR_ZERO = 1e-6  # of the frequency scale: far below the lowest roots that are not zero
 MOST_FREE = 12  # free motions, of two bodies; beside as many no static loss is looked for
-SLOW = 1e-4  # random forces do less than this share to a motion of this share, or n is 10^8
+SLOW = 1e-4  # less of random forces than this moves no free motion, up to some 10^7 rows
 LARGEST_CONTRACTION = 0.4  # below 1, since few powers of T may underestimate its contraction
 DROPPED_PART = 1e-12  # of null vectors: what they add less is left out
 
