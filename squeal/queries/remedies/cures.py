@@ -259,7 +259,8 @@ class _Search:
         it alone. None if no amounts are known to be enough.
         """
         shares = self._least_shares(cures, [self.present])
-        no_cure_is_needed = not any(shares.values())  # by rounding nothing grows on the basis
+        # on the basis nothing may grow even without cures, by rounding: no share is known then
+        no_cure_is_needed = not any(shares.values())
         if math.inf in shares.values() or no_cure_is_needed:
             return None
         enough = self._rounded_up(cures, shares)

@@ -497,7 +497,7 @@ def _select_region(
         region too, except that it is marginal for a root outside, while all roots of the region
         decay, or the region has none: then the region has a verdict of its own.
     statement : Statement or None
-        What the referee says of all roots; None if it was not asked.
+        What the referee says of all roots; None if it did not judge them.
     is_whole : bool
         Whether there are as many roots as the equations have.
 

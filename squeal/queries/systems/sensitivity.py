@@ -457,7 +457,7 @@ def _residuals_nearby(
     """
 
     def magnitude(X: csc_array) -> NDArray[np.float64]:
-        """(|x^H X x| |y^H X y|)^1/2 (k,): |y^H X x| but for a double root, of which that is 0."""
+        """(|x^H X x| |y^H X y|)^1/2 (k,), in place of |y^H X x|, which is 0 at a double root."""
         x_form = np.abs(np.sum(x.conj() * (X @ x), axis=0))
         y_form = np.abs(np.sum(y.conj() * (X @ y), axis=0))
         return np.sqrt(x_form * y_form)

@@ -514,7 +514,7 @@ def _disagreeing_counts(
 def _without_vague_certificate(
     located: _LocatedThresholds, parameter: str, extent: float
 ) -> _LocatedThresholds:
-    """Withdraw a certificate that the intervals of crossings do not bear.
+    """Withdraw a certificate that the intervals of crossings do not support.
 
     - Two neighbouring crossings of one mode, at which growth begins and ends, have intervals that
       overlap: by rounding there may be neither crossing.
