@@ -139,8 +139,7 @@ def _combinations(space: ParameterSpace, axes: Mapping[str, Values]) -> list[Cha
             raise AT.refuse(f"{name} has a value twice; each value is allowed once")
         count *= len(values)
     if count > MOST_CONDITIONS:
-        words = f"it must be at most {MOST_CONDITIONS}"
-        raise AT.refuse(f"{count} conditions are not allowed; {words}")
+        raise AT.refuse(f"{count} conditions are not allowed; it must be at most {MOST_CONDITIONS}")
     return [dict(zip(axes, values, strict=True)) for values in itertools.product(*axes.values())]
 
 

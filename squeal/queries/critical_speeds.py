@@ -357,8 +357,10 @@ def critical_speeds(
     analysis = SystemAnalysis.of(subject, band=band, memory=memory)
     system = analysis.system
     if not system.real:
-        words = "that do not follow the frequency of a root"
-        raise InputError(f"{system.name}: critical speeds need real matrices {words}")
+        raise InputError(
+            f"{system.name}: critical speeds need real matrices that do not follow the frequency "
+            "of a root"
+        )
     if system.names:  # another parameter is the speed
         refuse_without_effect(analysis.file, [system.parameter], Place("parameter"))
     analysis.warn_of_unused_parameter()

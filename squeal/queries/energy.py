@@ -364,8 +364,7 @@ def _rows_of_parts(
         return {}
     for name, rows in parts.items():
         if any(not 0 <= row < size for row in rows):
-            words = f"must be rows from 0 to {size - 1}"
-            raise InputError(f"parts: {name}: is not allowed; it {words}")
+            raise InputError(f"parts: {name}: is not allowed; it must be rows from 0 to {size - 1}")
     return parts
 
 

@@ -387,9 +387,10 @@ def optimise(
     before = roots_of_file(analysis.file, selection)
     after = roots_of_file(analysis.file, selection, system.replace(result.parameters))
     if result.residual > RESIDUAL_TOLERANCE:
-        residual = f"a residual of {result.residual:.2g} in the full problem"
-        words = f"{residual}, {RESIDUAL_TOLERANCE:g} is wanted"
-        Place("optimise").warn(f"the reduced system has {words}; the result may be improved")
+        Place("optimise").warn(
+            f"the reduced system has a residual of {result.residual:.2g} in the full problem, "
+            f"{RESIDUAL_TOLERANCE:g} is wanted; the result may be improved"
+        )
     warn_of_held_seat(analysis.file, "optimise")
     changed = []
     for name, (low, high) in ranges.items():

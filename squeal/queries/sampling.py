@@ -79,8 +79,10 @@ def points_of_unit_cube(design: str, samples: int, dimensions: int, seed: int) -
     is_power_of_2 = samples & (samples - 1) == 0
     if not is_power_of_2:
         near = 2 ** min(round(math.log2(samples)), 19)  # 2^20 is above the 1,000,000 allowed
-        words = f"it must be a power of 2 for the design sobol, such as {near}"
-        raise Place("samples").refuse(f"{samples} is not allowed; {words}")
+        raise Place("samples").refuse(
+            f"{samples} is not allowed; it must be a power of 2 for the design sobol, "
+            f"such as {near}"
+        )
     # a point at 0 or 1 would be an infinite value of a normal distribution
     return np.clip(qmc.Sobol(dimensions, rng=seed).random(samples), 1e-9, 1 - 1e-9)
 

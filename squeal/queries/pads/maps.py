@@ -246,7 +246,6 @@ def stability_map(
     axes = angle_axes(200) if axes is None else axes
     _check(scene, axes, quantity)
     names = (axes[0].name, axes[1].name)
-    linear = scene.pad_model.linear
     points = on_grid(scene, names, axes[0].values, axes[1].values, workers)
     codes = np.where(points.doubtful, UNKNOWN, points.codes).astype(np.int8)
     beyond = points.beyond
@@ -277,7 +276,7 @@ def stability_map(
         verdicts=NAMES,
         codes=codes,
         quantity=name_unit_values,
-        admissible=None if linear else admissible,
+        admissible=None if scene.pad_model.linear else admissible,
         warnings=tuple(warnings),
         details=details,
         notes=tuple(notes),
