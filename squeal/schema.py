@@ -642,7 +642,8 @@ def public(function: _Function) -> _Function:
             is_default = value is parameters[name].default  # which may be None whatever the hint
             if hint not in (Any, object) and not is_default:
                 call.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
-        with threads_of_a_verb(), within_doubles():
+        workers = call.arguments.get("workers") or 1
+        with threads_of_a_verb(workers), within_doubles():
             # changes of context variables do not outlive the call
             return copy_context().run(function, *call.args, **call.kwargs)
 

@@ -70,6 +70,7 @@ def run(given: argparse.Namespace) -> Reply:
         "modes": given.modes,
         "memory": given.memory,
         "progress": steps(),
+        "workers": given.workers,
     }
     sweep = None
     estimate = None  # a sweep whose roots serve, since no option needs those of the full system
@@ -106,9 +107,7 @@ def _sweep(
     if given.at is not None and not isinstance(subject, Scene):
         system = subject.system  # modes are numbered at its own value of the parameter
         swept = replace(subject, system=system.replace({system.parameter: given.at}))
-    return squeal.sweep(
-        swept, given.values, method=given.method, workers=given.workers, **selection
-    )
+    return squeal.sweep(swept, given.values, method=given.method, **selection)
 
 
 def _needs_full_roots(given: argparse.Namespace) -> bool:
@@ -159,7 +158,7 @@ def _check_options(given: argparse.Namespace, subject: "Scene | SystemFile") -> 
     if given.width and given.chart is None:
         raise InputError(f"{as_typed(given, 'width')}: needs --chart FILE beside it")
     if not given.values:
-        refuse(given, "workers", "chart", beside="no --sweep, whose values they share")
+        refuse(given, "chart", beside="no --sweep, which it draws")
     if given.test and not isinstance(subject, Scene):
         from squeal.queries.compare import read_test
 

@@ -133,7 +133,7 @@ OPTIONS = {
     "second": Option(
         "--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)", axis),
     "workers": Option(
-        "--workers", "N", "processes; any number gives the same answer (1)", whole(1, 256)),
+        "--workers", "N", "threads or processes; any number gives one answer (1)", whole(1, 256)),
     "band": Option("--band", "LOW:HIGH", "frequencies in Hz", BAND),
     "modes": Option(
         "--modes", "N", "the N modes of least |lambda|", whole(1, MOST), of_systems=True),

@@ -1,64 +1,54 @@
 """Processes that work beside this one, and end with it at an interrupt or its death."""
 
 import os
-import pickle
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
-from functools import lru_cache, partial
+from functools import lru_cache
 from multiprocessing import get_context, parent_process
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TypeVar
 
 from squeal.errors import ComputationError
 from squeal.io.writing import remaining
-from squeal.numerics.threads import one_thread
-
-if TYPE_CHECKING:
-    from multiprocessing.queues import SimpleQueue
+from squeal.numerics.threads import side_by_side, threads_of_a_verb, workers_of_verb
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
-_HELD = ExitStack()  # in a process of a pool: its one thread of BLAS, to its end
-_COMMON: list[Any] = []  # in a process of a pool: what its tasks share
+_HELD = ExitStack()  # in a process of a pool: its threads of BLAS, to its end
 
 
 def mapped(
-    work: Callable[..., Result], tasks: Iterable[object], workers: int, common: object = None
+    work: Callable[[Task], Result], tasks: Iterable[Task], in_threads: bool = False
 ) -> Iterator[Result]:
-    """The results work(task) of all tasks, in their order, computed by so many processes.
+    """The results work(task) of all tasks, in their order, by as many processes as the verb has
+    workers, or `in_threads`: of large systems.
 
-    One worker is this process itself. Several are new processes, which import the modules anew.
-    Without `common` they stay for later calls, with what they have compiled. With it the results
-    are work(common, task): the processes are made for this call, and `common` is sent to each once.
+    One worker is this process itself. Several are new processes, which import the modules anew, and
+    stay for later calls, with what they have compiled.
 
     The processes ignore an interrupt, also while they import: this process then ends them. They end
-    by themselves once this process is gone. Every task has one thread of BLAS, so that any number
-    of processes gives the same bits. An exception of a task is raised here, and ends all processes;
-    ComputationError where a process was killed.
+    by themselves once this process is gone. Every task has as many threads of BLAS as the verb, so
+    that any number of processes gives the same bits. An exception of a task is raised here, and
+    ends all processes; ComputationError where a process was killed.
     """
-    if workers == 1:
-        with one_thread():
-            for task in tasks:
-                yield work(task) if common is None else work(common, task)
+    if in_threads:
+        yield from side_by_side(work, tasks)
         return
-    if common is None:
-        pool = _lasting_pool(workers)
-        task_work = work
-    else:
-        pool = _new_pool(workers, common)
-        task_work = partial(_with_common, work)
+    if workers_of_verb() == 1:
+        yield from map(work, tasks)
+        return
+    pool = _lasting_pool(workers_of_verb())
     try:
         with _interrupts_ignored():  # the first task starts the processes
-            futures = [pool.submit(task_work, task) for task in tasks]
+            futures = [pool.submit(work, task) for task in tasks]
         for future in futures:
             yield future.result()
     except BaseException as error:
-        # whatever happened (also a caller that takes no more results), the pool is shut down below
-        if common is None:  # the next call must make a new one that lasts
-            _lasting_pool.cache_clear()
+        # whatever happened (also a caller that takes no more results), the next call makes a pool
+        _lasting_pool.cache_clear()
         if isinstance(error, KeyboardInterrupt):
             for process in list((pool._processes or {}).values()):
                 process.terminate()  # as `terminate_workers` of Python 3.14
@@ -70,8 +60,6 @@ def mapped(
                 'calls below `if __name__ == "__main__":`, since each process imports it'
             ) from None
         raise
-    if common is not None:
-        pool.shutdown()
 
 
 @contextmanager
@@ -104,11 +92,12 @@ def with_progress(
         yield result
 
 
-def _begin(sent: "SimpleQueue[bytes]") -> None:
-    """Prepare a process of a pool, which takes what its tasks share from a queue."""
+def _begin() -> None:
+    """Prepare a process of a pool."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _HELD.enter_context(one_thread())
-    _COMMON.append(pickle.loads(sent.get()))
+    import scipy.linalg  # noqa: F401  # whose BLAS else keeps its threads
+
+    _HELD.enter_context(threads_of_a_verb(1))
 
 
 def _end_with_parent() -> None:
@@ -119,30 +108,7 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _with_common(work: Callable[[Any, Task], Result], task: Task) -> Result:
-    """The result of a task, in a process that was sent what its tasks share."""
-    return work(_COMMON[0], task)
-
-
-def _new_pool(workers: int, common: object = None) -> ProcessPoolExecutor:
-    """A pool of processes that are sent what their tasks share.
-
-    A thread sends it. As an argument of the pool it would be sent by this thread, which would wait
-    for ever for a process that dies before it has read.
-    """
-    context = get_context("spawn")
-    data = pickle.dumps(common)
-    sent = context.SimpleQueue()
-
-    def send() -> None:
-        for _ in range(workers):
-            sent.put(data)
-
-    threading.Thread(target=send, daemon=True).start()
-    return ProcessPoolExecutor(workers, context, _begin, (sent,))
-
-
 @lru_cache(maxsize=1)
 def _lasting_pool(workers: int) -> ProcessPoolExecutor:
-    """The pool of so many processes that stays for later calls, whose tasks share nothing."""
-    return _new_pool(workers)
+    """The pool of so many processes, which stays for later calls."""
+    return ProcessPoolExecutor(workers, get_context("spawn"), _begin)

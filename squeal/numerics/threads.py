@@ -1,11 +1,23 @@
-"""Threads of BLAS: on matrices of a few hundred rows they wait for each other."""
+"""Threads of a verb: those of BLAS, and those that compute independent tasks side by side.
+
+Threads of BLAS wait for each other on matrices of a few hundred rows. Threads of Python gain where
+tasks are calls of BLAS, LAPACK, SuperLU or MKL, which release the lock of the interpreter.
+"""
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextvars import ContextVar, Token, copy_context
+from dataclasses import dataclass
+from functools import partial
 from threading import Lock
+from typing import TYPE_CHECKING, Any, TypeVar
 
+if TYPE_CHECKING:  # pads start without it
+    from concurrent.futures import ThreadPoolExecutor
+
+Result = TypeVar("Result")
 _VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 _LOCK = Lock()
 _LIMITS: list[AbstractContextManager[object]] = []  # those in force
@@ -29,11 +41,89 @@ def one_thread() -> Iterator[None]:
             _LIMITS.pop().__exit__(None, None, None)
 
 
-def threads_of_a_verb() -> AbstractContextManager[object]:
-    """A context with one thread of BLAS, unless an environment variable gives their number.
+@dataclass
+class _Team:
+    """The thread of a verb, and the `workers` - 1 of a pool that help it."""
 
-    Before SciPy is loaded it changes nothing: a verb about a pad, of three rows, need not wait for
-    that import.
+    workers: int = 1
+    pool: "ThreadPoolExecutor | None" = None
+    is_over: bool = False
+
+
+_TEAM = ContextVar("team", default=_Team())  # noqa: B039  which is never changed
+
+
+def side_by_side(work: Callable[..., Result], *tasks: Iterable[Any]) -> Iterator[Result]:
+    """As `map(work, *tasks)`, by the threads of the verb.
+
+    While the next result is not there this thread computes others. Tasks may share theirs out in
+    turn. An exception is raised where its task stands, whichever came first; no task begins then.
+    """
+    team = _TEAM.get()
+    if team.pool is None:
+        yield from map(work, *tasks)
+        return
+    from concurrent.futures import Future  # which few verbs need
+
+    calls: list[tuple[Future[Result], Callable[[], Result]]] = []
+    for arguments in zip(*tasks, strict=True):
+        calls.append((Future(), partial(copy_context().run, work, *arguments)))
+    untaken = iter(calls)  # of which each thread takes the next
+
+    def compute_next() -> bool:
+        for future, call in untaken:
+            try:
+                future.set_result(call())
+            except Exception as error:
+                future.set_exception(error)
+            return True
+        return False
+
+    for _ in calls:
+        team.pool.submit(compute_next)
+    try:
+        for future, _ in calls:
+            while not future.done() and compute_next():
+                pass
+            yield future.result()
+    finally:
+        list(untaken)  # which nobody begins any more
+
+
+def workers_of_verb() -> int:
+    """How many threads compute side by side, or processes."""
+    return _TEAM.get().workers
+
+
+def stop_if_over() -> None:
+    """End this thread if the verb that it helps has ended, by an interrupt or an error."""
+    if _TEAM.get().is_over:
+        raise SystemExit
+
+
+@contextmanager
+def threads_of_a_verb(workers: int) -> Iterator[None]:
+    """A context with so many threads for `side_by_side`, and with one thread of BLAS, unless an
+    environment variable gives their number.
+
+    Before SciPy is loaded BLAS stays as it is: a verb about a pad, of three rows, need not wait for
+    that import. A verb of one thread that another one calls has the threads of that one.
     """
     is_chosen = any(os.environ.get(name) for name in _VARIABLES)
-    return nullcontext() if is_chosen or "scipy" not in sys.modules else one_thread()
+    with ExitStack() as stack:
+        if not is_chosen and "scipy" in sys.modules:
+            stack.enter_context(one_thread())
+        if workers > 1:
+            from concurrent.futures import ThreadPoolExecutor
+
+            team = _Team(workers, ThreadPoolExecutor(workers - 1))
+            stack.callback(_end, team, _TEAM.set(team))
+        yield
+
+
+def _end(team: _Team, before: Token[_Team]) -> None:
+    """End a team without waiting for its threads, which end at their next step."""
+    _TEAM.reset(before)
+    team.is_over = True
+    if team.pool is not None:
+        team.pool.shutdown(wait=False, cancel_futures=True)

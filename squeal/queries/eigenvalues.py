@@ -10,7 +10,7 @@ import numpy as np
 from squeal.io.scene import Scene
 from squeal.io.writing import number
 from squeal.linear import Matrices, UnstableMode, thresholds, unstable_modes
-from squeal.queries.options import Band, Modes, Progress, Region, Subject, refuse_options
+from squeal.queries.options import Band, Modes, Progress, Region, Subject, Workers, refuse_options
 from squeal.queries.pads.equilibrium import (
     MATRIX_DIGITS,
     analyse,
@@ -39,6 +39,7 @@ def eigenvalues(
     progress: Progress | None = None,
     look: Sweep | None = None,
     prove: bool | None = None,
+    workers: Workers | None = None,
 ) -> Eigenvalues:
     """Compute eigenvalues, and the verdict on them.
 
@@ -68,6 +69,8 @@ def eigenvalues(
         proves is certified, what hangs on the last digits of the entries has no verdict, and what
         it refutes is replaced. True calls the referee for the modes of a band of a larger system
         too, False calls it for none.
+    workers : int, optional
+        Threads for systems of more than 400 rows, 1 if left out; any number gives the same answer.
 
     Returns
     -------
@@ -89,7 +92,15 @@ def eigenvalues(
     'flutter'
     """
     if isinstance(subject, Scene):
-        refuse_options("a scene", band=band, region=region, modes=modes, memory=memory, look=look)
+        refuse_options(
+            "a scene",
+            band=band,
+            region=region,
+            modes=modes,
+            memory=memory,
+            look=look,
+            workers=workers,
+        )
         scene = subject if at is None else subject.replace(mu=at)
         return pad_eigenvalues(scene, prove is not False)
     from squeal.queries.systems.eigenvalues import system_eigenvalues

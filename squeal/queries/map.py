@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -65,15 +66,15 @@ def map(
     """
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, memory=memory)
-        return stability_map(subject, axes, quantity, curves, workers or 1)
+        return stability_map(subject, axes, quantity, curves)
     refuse_options("a system", quantity=quantity, curves=curves)
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
     analysis = SystemAnalysis.of(subject, band, memory=memory, progress=progress)
-    return _system_map(analysis, axes, workers or 1)
+    return _system_map(analysis, axes)
 
 
-def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, workers: int) -> Map:
+def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None) -> Map:
     """Compute the verdict on the selected roots of a system over two named parameters.
 
     Up to 400 rows every point is solved in full. A larger system is solved on a reduced one, which
@@ -97,7 +98,8 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, worker
         values = [np.linspace(axis.low, axis.high, BASIS_VALUES) for axis in axes]
         reduction = reduced_for(system, selection, _points(axes, values), method="modal")
     points = _points(axes, [axis.values for axis in axes])
-    computed = mapped(_verdict_and_growth, points, workers, (system, selection, reduction))
+    verdict_at = partial(_verdict_and_growth, system, selection, reduction)
+    computed = mapped(verdict_at, points, in_threads=reduction is not None)
     # verdict and growth of each point, in the order of the points
     cells = list(with_progress(computed, len(points), PROGRESS.get(), "points"))
     verdicts = [verdict for verdict, _ in cells]
@@ -143,18 +145,19 @@ def _points(axes: tuple[Axis, Axis], values: list[np.ndarray]) -> list[dict[str,
 
 
 def _verdict_and_growth(
-    common: tuple[System, EigenvalueSelection, Reduction | None], at: Mapping[str, float]
+    system: System,
+    selection: EigenvalueSelection,
+    reduction: Reduction | None,
+    at: Mapping[str, float],
 ) -> tuple[str, float]:
     """The verdict and the largest growth rate (1/s, NaN without a root) at one point of a map.
 
-    A task of a process: `common` is what all points share, `at` the values of both parameters by
-    name.
+    A task of a process; `at` are the values of both parameters.
     """
     from squeal.queries.systems.all_roots import roots_of_all
     from squeal.queries.systems.verdicts import UNCOUNTED, rounding_of, verdict_of, verdict_of_some
     from squeal.sparse.first_look import FirstLook
 
-    system, selection, reduction = common
     # how far each root (m,) of a first look may lie off, 1/s. Of other roots rounding alone counts:
     # one zero stands for all
     errors = np.zeros(1)

@@ -6,6 +6,7 @@ in a band, is computed (see `samples`).
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple
@@ -18,7 +19,7 @@ from squeal.io.scene import Scene
 from squeal.linear.matrices import Array
 from squeal.linear.system import TermSystem
 from squeal.queries import sample_journal
-from squeal.queries.options import FRICTION_END, Band, RandomNumbers, seed_of, upper_end
+from squeal.queries.options import FRICTION_END, Band, RandomNumbers, Workers, seed_of, upper_end
 from squeal.queries.parameter_space import (
     NO_EQUILIBRIUM,
     NO_PAD,
@@ -67,7 +68,7 @@ def scatter(
     band: Band | None = None,
     design: str = "random",
     indices: bool = False,
-    workers: int = 1,
+    workers: Workers = 1,
     journal: Path | str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Scatter:
@@ -102,7 +103,8 @@ def scatter(
         Communications 181 (2010) 259-270, which draws twice as many samples, and ``samples`` times
         the number of parameters more. A threshold that lies beyond ``high`` counts as ``high``.
     workers : int
-        Processes, which start by import: a script must guard its main part.
+        Threads for a large system, else processes, which start by import: a script must guard its
+        main part.
     journal : path, optional
         A file that keeps what is computed, so that an interrupted run goes on.
     progress : callable, optional
@@ -149,7 +151,7 @@ def scatter(
     changes = parameters_at(space, plan.spreads, plan.points())
     computer = sample_computer(space, of, high, EigenvalueSelection(band), changes)
     question = (of, high, band, plan.spreads, plan.design, plan.seed, plan.indices, plan.samples)
-    rows = _compute_all(space.subject, changes, computer, workers, journal, question, progress)
+    rows = _compute_all(space.subject, changes, computer, journal, question, progress)
     return _summary(rows, plan, of, high, space, computer)
 
 
@@ -272,7 +274,6 @@ def _compute_all(
     subject: Scene | TermSystem,
     changes: Sequence[Changes],
     computer: SampleComputer,
-    workers: int,
     journal: Path | str | None,
     question: Sequence[object],
     progress: Callable[[int, int], None] | None,
@@ -290,7 +291,9 @@ def _compute_all(
         chunks_done = sample_journal.read_or_begin(Path(journal), digest)
     missing = [number for number in range(len(chunks)) if number not in chunks_done]
     done = sum(len(samples) for samples in chunks_done.values())
-    computed = mapped(samples_of, [chunks[number] for number in missing], workers, computer)
+    tasks = [chunks[number] for number in missing]
+    in_threads = computer.reduction is not None
+    computed = mapped(partial(samples_of, computer), tasks, in_threads)
     for number, samples in zip(missing, computed, strict=True):
         chunks_done[number] = samples
         done += len(samples)

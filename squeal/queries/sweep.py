@@ -62,8 +62,8 @@ def sweep(
         whose roots solve the full problem; modal: a first look, by real modes with corrections, and
         with an error of each root. Left out, full up to 400 rows, else modal.
     workers : int, optional
-        Processes for systems, 1 if left out; any number gives the same answer. They start by
-        import: a script must guard its main part.
+        Threads for systems of more than 400 rows, else processes, 1 if left out; any number gives
+        the same answer. Processes start by import: a script must guard its main part.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def sweep(
     from squeal.queries.systems.system_analysis import SystemAnalysis
 
     analysis = SystemAnalysis.of(subject, band, region, modes, memory, progress)
-    return _system_sweep(analysis, list(values), method, workers or 1)
+    return _system_sweep(analysis, list(values), method)
 
 
 def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None = None) -> Sweep:
@@ -152,9 +152,7 @@ def _step(mu: float, analysis: PadAnalysis) -> Step:
     )
 
 
-def _system_sweep(
-    analysis: SystemAnalysis, values: Sequence[float], method: str | None, workers: int
-) -> Sweep:
+def _system_sweep(analysis: SystemAnalysis, values: Sequence[float], method: str | None) -> Sweep:
     """Compute the roots of a system at values of the parameter, and number the modes.
 
     method: full, reduced or modal, see `sweep`; None: full up to 400 rows, else modal.
@@ -174,9 +172,7 @@ def _system_sweep(
         reduction = analysis.reduced(values, method, most=BASIS_VALUES)
         if isinstance(reduction, FirstLook) and not reduction.is_complete:
             reduction = None  # it may lack roots: the system itself is solved
-    steps, losses, reference = track_modes(
-        analysis.file, analysis.selection, values, reduction, workers
-    )
+    steps, losses, reference = track_modes(analysis.file, analysis.selection, values, reduction)
     return Sweep(
         name=system.name,
         parameter=system.parameter,

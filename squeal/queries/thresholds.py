@@ -100,7 +100,7 @@ def thresholds(
     analysis = SystemAnalysis.of(
         subject, band, region, modes=None, memory=memory, progress=progress
     )
-    return system_thresholds_with_proof(analysis, high, low, workers or 1, prove)
+    return system_thresholds_with_proof(analysis, high, low, prove)
 
 
 def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = False) -> Thresholds:
@@ -342,7 +342,6 @@ def system_thresholds_with_proof(
     analysis: SystemAnalysis,
     high: float,
     low: float | None = None,
-    workers: int = 1,
     prove: bool | None = None,
 ) -> Thresholds:
     """Locate every threshold of the selected roots of a system, and let the referee judge them.
@@ -360,8 +359,6 @@ def system_thresholds_with_proof(
         The system and the selection of its roots.
     high, low : float
         The range of the free parameter; see `system_thresholds`.
-    workers : int
-        Processes that count roots.
     prove : bool, optional
         False: the referee is not called. True: it is called for up to 400 rows, however long that
         takes, and a system of a kind that it cannot prove is refused.
@@ -413,7 +410,7 @@ def system_thresholds_with_proof(
     for _ in range(SEARCHES):
         # of a band `all_crossings` are those of all roots, None if these were not followed
         answer, all_crossings = system_thresholds(
-            system, high, low, selection, workers, step_ends=step_ends, exact_range=exact_thresholds
+            system, high, low, selection, step_ends=step_ends, exact_range=exact_thresholds
         )
         refuted_at = None
         if is_to_be_proved and all_crossings is not None:

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.numerics.threads import side_by_side
 from squeal.sparse.factor import Factor, factorise_at
-from squeal.sparse.quadratic import Bools, ComplexArray, ScaledProblem, report_progress
+from squeal.sparse.quadratic import Bools, ComplexArray, Indices, ScaledProblem, report_progress
 
 DAMPED_SHARE = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODE_COUNTS = (8, 16, 32)  # on a circle, until they resolve the quotient
@@ -162,23 +163,31 @@ def count_roots(
     # them on the axis, took 107 for complete; 16 nodes, none of them on the axis, took none
     is_mirrored = problem.is_real and disc.centre.imag == 0.0
     node_counts = NODE_COUNTS[1:] if is_mirrored else NODE_COUNTS
-    factor = reusable  # each factor lends its memory to the next one
+    # log (det P(z) / prod(z - known)) at the finest nodes z; NaN: not computed yet
+    logarithms = np.empty(finest, dtype=complex)
+
+    def compute(single: bool, nodes: Indices, factor: Factor | None) -> None:
+        """Compute logarithms; each factor lends its memory to the next one."""
+        for k in nodes:
+            report_progress(f"counting the roots: a determinant of {len(computed)}")
+            # z is the node, or a value next to it where P is singular at the node
+            node = complex(disc.centre + disc.radius * directions[k])
+            z, factor = factorise_at(problem, node, single, factor)
+            logarithms[k] = factor.logarithm() - np.sum(np.log(z - known))
+
     for single in (True, False):
         # single precision first: what its rounding spoils gives no whole number of turns
         if single and problem.n > SINGLE_ROWS:
             continue
-        # log (det P(z) / prod(z - known)) at the finest nodes z; NaN: not computed yet
-        logarithms = np.full(finest, np.nan, dtype=complex)
+        logarithms[:] = np.nan
         for count in node_counts:
             step = finest // count
             indices = np.arange(step // 2 if is_mirrored else 0, finest, step)
             computed = indices[: count // 2] if is_mirrored else indices
-            for k in computed[np.isnan(logarithms[computed])]:  # others come from coarser circles
-                report_progress(f"counting the roots: determinant of {len(computed)}")
-                # z is the node, or a value next to it where P is singular at the node
-                node = complex(disc.centre + disc.radius * directions[k])
-                z, factor = factorise_at(problem, node, single, factor)
-                logarithms[k] = factor.logarithm() - np.sum(np.log(z - known))
+            new = computed[np.isnan(logarithms[computed])]  # others come from coarser circles
+            # two chains for two workers, whatever their number
+            chains = [new[::2], new[1::2]]
+            list(side_by_side(compute, [single, single], chains, [reusable, None]))
             if is_mirrored:
                 logarithms[finest - computed] = logarithms[computed].conj()
             missing = _winding_number(logarithms[indices])

@@ -32,6 +32,7 @@ from squeal.linear.search import search
 from squeal.linear.steps import meeting_at, near_coalescences
 from squeal.linear.system import System
 from squeal.linear.verdicts import assumed_rounding
+from squeal.numerics.threads import side_by_side
 from squeal.sparse.dispersive import NEAR_INTERVALS, DispersiveReduction, frequencies
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import (
@@ -481,20 +482,25 @@ def crossings_along(
     InputError
         If the region contains no part of the upper imaginary axis.
     """
-    from_elsewhere = [_ReducedCrossing(guess, is_near_part=True) for guess in zero_roots]
-    of_reduced = _crossings_of_reduced(reduction, name, values, held)
+    guesses = [_ReducedCrossing(guess, is_near_part=True) for guess in zero_roots]
+    guesses += _crossings_of_reduced(reduction, name, values, held)
     full = reduction.scaled
     real = held or full  # on which crossings by real roots are located
+
+    def locate(reduced: _ReducedCrossing) -> AxisCrossing | ComputationError:
+        guess = reduced.guess
+        try:
+            return axis_crossing(full if guess.omega else real, name, guess)
+        except ComputationError as error:
+            return error
+
     crossings: list[AxisCrossing] = []  # each once
     unconfirmed: list[str] = []
-    for guess, is_near_part in itertools.chain(from_elsewhere, of_reduced):
-        try:
-            crossing = axis_crossing(full if guess.omega else real, name, guess)
-        except ComputationError as error:
-            if is_near_part:
-                unconfirmed.append(str(error))
-            continue
-        if not any(_is_same(crossing, other) for other in crossings):
+    for reduced, crossing in zip(guesses, side_by_side(locate, guesses), strict=True):
+        if isinstance(crossing, ComputationError):
+            if reduced.is_near_part:
+                unconfirmed.append(str(crossing))
+        elif not any(_is_same(crossing, other) for other in crossings):
             crossings.append(crossing)
     inside: list[AxisCrossing] = []
     for crossing in crossings:

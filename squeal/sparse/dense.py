@@ -37,6 +37,7 @@ from squeal.linear.matrices import (
     solver_near_singular,
     zero_roots,
 )
+from squeal.numerics.threads import side_by_side
 from squeal.sparse.quadratic import (
     ComplexArray,
     Indices,
@@ -215,7 +216,8 @@ def roots_at(
     ordered = values[np.lexsort((values.real, values.imag))]
     right_vectors = np.zeros((len(M), len(ordered)), dtype=complex)
     left_vectors = right_vectors.copy()
-    for group in _clusters(ordered):
+
+    def add_vectors(group: Indices) -> None:
         mean = ordered[group].mean()
         right: NDArray = np.zeros((len(M), 0))
         left = right
@@ -238,6 +240,8 @@ def roots_at(
         repeated = np.arange(len(group)) % right.shape[1]
         right_vectors[:, group] = right[:, repeated]
         left_vectors[:, group] = left[:, repeated]
+
+    list(side_by_side(add_vectors, _clusters(ordered)))
     return Roots(ordered, right_vectors, left_vectors)
 
 

@@ -12,6 +12,7 @@ full problem to rounding. One basis gives multiple roots and rigid bodies as the
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from squeal.errors import ComputationError
 from squeal.linear.eigen import Eigenvalue, values_of
 from squeal.linear.matrices import Matrix, divisor
 from squeal.linear.roots import STIFF
+from squeal.numerics.threads import side_by_side
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
 from squeal.sparse.dense import STIFFNESS_ROUNDING, dense_values, roots_at
 from squeal.sparse.factor import Factor, factorise_at
@@ -321,9 +323,8 @@ def corrected_roots(
         # directions that make up less than 1e-4 of a correction are left to the next one
         V = enlarged(V, corrections, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
-        M = grown(M, problem.M, old, new)
-        C = grown(C, problem.C, old, new)
-        K = grown(K, problem.K, old, new)
+        grow = partial(grown, old=old, new=new)
+        M, C, K = side_by_side(grow, [M, C, K], [problem.M, problem.C, problem.K])
     return None
 
 
@@ -337,18 +338,17 @@ class Residuals(NamedTuple):
     def corrections(self, factor: Factor, of_right: Bools, of_left: Bools) -> ComplexArray:
         """Directions P^-1 r (n, k) that correct some of the right and some of the left vectors, by
         a factor of P near the roots; `of_right`, `of_left` (m,) choose them."""
-        right = factor.solve(self.right[:, of_right])
-        left = factor.solve(self.left[:, of_left], transposed=True)
-        return np.hstack([right, left])
+        columns = [self.right[:, of_right], self.left[:, of_left]]
+        return np.hstack(list(side_by_side(factor.solve, columns, [False, True])))
 
 
 def residuals_of(problem: ScaledProblem, roots: Roots) -> Residuals:
     """Residuals of right and left vectors of roots, relative to a bound of |P| at each root."""
     sizes = divisor(problem.size(roots.values))
-    return Residuals(
-        right=problem.apply(roots.values, roots.right) / sizes,
-        left=problem.transposed().apply(roots.values, roots.left.conj()) / sizes,
-    )
+    problems = [problem, problem.transposed()]
+    vectors = [roots.right, roots.left.conj()]
+    images = side_by_side(lambda P, x: P.apply(roots.values, x) / sizes, problems, vectors)
+    return Residuals(*images)
 
 
 def grown(projected: Array, A: Matrix, old: Array, new: Array) -> Array:

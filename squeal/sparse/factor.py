@@ -12,6 +12,7 @@ import sys
 from contextlib import suppress
 from enum import IntEnum
 from functools import lru_cache
+from threading import Lock
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.matrices import Array, Matrix
+from squeal.numerics.threads import side_by_side
 from squeal.sparse.quadratic import ScaledProblem
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ class Factor:
     def __init__(self, matrix: csc_array) -> None:
         from scipy.sparse.linalg import splu
 
+        self.matrix = matrix
         self.dtype = matrix.dtype
         try:
             self.lu = splu(
@@ -55,16 +58,16 @@ class Factor:
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         """A^-1 right, or A'^-1 right (not conjugated); right (n,) or (n, m)."""
         if np.iscomplexobj(right) and self.dtype.kind != "c":
-            real = self.solve(right.real, transposed)
-            imaginary = self.solve(right.imag, transposed)
+            parts = [right.real, right.imag]
+            real, imaginary = side_by_side(self.solve, parts, [transposed, transposed])
             return real + 1j * imaginary
         return self._solve_own_type(np.ascontiguousarray(right, self.dtype), transposed)
 
     def _solve_own_type(self, right: NDArray, transposed: bool) -> NDArray:
         return self.lu.solve(right, "T" if transposed else "N")
 
-    def __reduce__(self) -> tuple[type[None], tuple[()]]:
-        return type(None), ()  # a factor stays in its process
+    def __reduce__(self) -> tuple[object, ...]:
+        return factorise, (self.matrix,)  # a factor stays in its process: another one factorises
 
     def logarithm(self) -> complex:
         """log det A, its imaginary part up to whole turns; by PARDISO up to half turns.
@@ -139,12 +142,14 @@ class _Pardiso(Factor):
 
     def __init__(self, matrix: csc_array, library: ctypes.CDLL, reusable: Factor | None) -> None:
         self._library = library
+        self.matrix = matrix
         self._n = matrix.shape[0]
         self.dtype = matrix.dtype
         columns_sorted = matrix.sorted_indices()
         self._data = columns_sorted.data
         self._starts = columns_sorted.indptr.astype(np.int32)
         self._indices = columns_sorted.indices.astype(np.int32)
+        self._is_solving = Lock()  # one thread at a time
         self._memory = np.zeros(64, np.int64)  # zeros: none was handed out yet
         self._control = np.zeros(64, np.int32)
         is_single = self.dtype in (np.float32, np.complex64)
@@ -206,8 +211,9 @@ class _Pardiso(Factor):
         if not right.size:
             return right
         # PARDISO has the transpose of A: to solve with A it has to transpose
-        self._control[_Control.TRANSPOSED] = 0 if transposed else TRANSPOSE
-        return self._call(_Phase.SOLVE, right)
+        with self._is_solving:
+            self._control[_Control.TRANSPOSED] = 0 if transposed else TRANSPOSE
+            return self._call(_Phase.SOLVE, right)
 
     def logarithm(self) -> complex:
         pivots = np.empty(self._n, self.dtype)

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import cached_property
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -30,6 +30,7 @@ from squeal.linear.eigen import Eigenvalue, arrays_of
 from squeal.linear.matrices import divisor
 from squeal.linear.verdicts import ACCEPTED
 from squeal.numerics.differentiation import Parameters
+from squeal.numerics.threads import side_by_side
 from squeal.sparse.argument_principle import Rectangle, count_roots, disc_around
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import MOST_COLUMNS, BlockArnoldi, corrected_roots, modes_in
@@ -76,8 +77,8 @@ DECAYED = 2.0  # times its error: a root that decays by more is not corrected
 class Structure:
     """F = K - shift M of the symmetric parts of M and K at some parameters, without friction.
 
-    `shift` is half the square of the `highest` frequency (rad/s) of the region. Where F is singular
-    the first use of `factor` raises the shift a little, and changes F with it.
+    `shift` is half the square of the `highest` frequency (rad/s) of the region, raised a little
+    where F is singular. `factor` is F, factorised.
     """
 
     def __init__(self, frictionless_problem: ScaledProblem, highest: float) -> None:
@@ -88,17 +89,13 @@ class Structure:
                 raise InputError(f"{name}: is zero without friction; real modes need a structure")
         self.shift = highest**2 / 2
         self.F = (K - self.shift * self.M).tocsc()
-
-    @cached_property
-    def factor(self) -> Factor:
-        """F, factorised at the first use."""
         try:
-            return factorise(self.F)
+            self.factor = factorise(self.F)
         except ZeroDivisionError:  # the shift is the square of a natural frequency
             shift_change = max(1e-6 * self.shift, 1e-12 * abs(self.F).max() / abs(self.M).max())
             self.shift += shift_change
             self.F = (self.F - shift_change * self.M).tocsc()
-            return factorise(self.F)
+            self.factor = factorise(self.F)
 
     def probes(self, V: Array, projected: Array) -> Probes:
         """Random vectors (n, SKETCH) whose products left right' average to F^-1.
@@ -123,10 +120,6 @@ class Structure:
             left=balance * outside_left + V @ (Q @ inside),
             right=outside_right / balance + V @ (Q @ with_sign),
         )
-
-    def __getstate__(self) -> dict[str, object]:
-        # a factor stays in its process: another process factorises F anew
-        return {name: value for name, value in vars(self).items() if name != "factor"}
 
     def modes(self, highest: float) -> NDArray:
         """Real modes as columns (n, m): all up to the frequency `highest` (rad/s); if there is none
@@ -219,12 +212,12 @@ class FirstLook(Reduction):
         parameters_of: dict[tuple[complex, ...], Parameters] = {}
         for k in (0, len(values) // 2, len(values) - 1):
             parameters_of[self._structure_factors(values[k])] = values[k]
-        self.structures = []
         self._frictionless = []
         for changes in parameters_of.values():
-            without_friction = frictionless(scaled.system, changes)
-            self._frictionless.append(without_friction)
-            self.structures.append(Structure(scaled.at(without_friction), highest))
+            self._frictionless.append(frictionless(scaled.system, changes))
+        problems = map(scaled.at, self._frictionless)
+        structure = partial(Structure, highest=highest)
+        self.structures = list(side_by_side(structure, problems))
         self._factors = np.array(list(parameters_of))  # (structures, terms of M and K)
         index = np.linspace(0, len(values) - 1, min(len(values), MOST_TRAINED))
         self.trained = [values[round(k)] for k in index.tolist()]
@@ -259,7 +252,7 @@ class FirstLook(Reduction):
         tested = self.samples
         if len(self.structures) == 1:  # the sample with the largest error stands for all
             tested = (self.samples[int(np.argmax(shares))],)
-        self.contraction = max(self._contraction(changes) for changes in tested)
+        self.contraction = max(side_by_side(self._contraction, tested))
         # few modes save time only if there are more values than samples, and only with damping:
         # without C the projected problem is one of w^2, of half the size
         if self.is_complete and len(self.trained) > len(self.samples) and self.system.C:
@@ -276,11 +269,7 @@ class FirstLook(Reduction):
         shares = []
         residuals = []
         corrections = []
-        for changes in self.samples:
-            values = self._projected_values(changes)
-            near_values = values[self.wide.contains(values)]
-            # the root 0 of a rigid body is exact
-            estimated = self._roots_with_errors(changes, near_values[near_values != 0.0])
+        for estimated in side_by_side(self._inexact_roots, self.samples):
             sizes = np.abs(estimated.roots.values)
             is_off = estimated.errors > GOOD_ERROR * sizes
             # corrections of right vectors, then of left ones
@@ -291,6 +280,13 @@ class FirstLook(Reduction):
         report_progress(f"{self.size} vectors, errors up to {max(shares):.2g} of |lambda|")
         self.extend(np.hstack(corrections), DROPPED_PART)
         return shares
+
+    def _inexact_roots(self, changes: Parameters) -> _ProjectedRoots:
+        """The roots of the projected problem in and around the region, without the exact root 0 of
+        a rigid body, at some parameters."""
+        values = self._projected_values(changes)
+        near_values = values[self.wide.contains(values)]
+        return self._roots_with_errors(changes, near_values[near_values != 0.0])
 
     def _residual_sketch(self) -> ResidualSketch:
         """Random vectors times terms times basis, to estimate residuals in the full problem.
@@ -305,9 +301,9 @@ class FirstLook(Reduction):
         probes = []
         for k, structure in enumerate(self.structures):
             left, right = structure.probes(V, self._projected_structure(k))
-            of_left = np.array([(A @ left).T @ V for A in self._matrices])
-            of_right = np.array([(A.T @ right).T @ V for A in self._matrices])
-            probes.append(Probes(of_left, of_right))
+            of_left = side_by_side(lambda A, x=left: (A @ x).T @ V, self._matrices)
+            of_right = side_by_side(lambda A, x=right: (A.T @ x).T @ V, self._matrices)
+            probes.append(Probes(np.array(list(of_left)), np.array(list(of_right))))
         return ResidualSketch(
             residual=self._sketch,
             probes=probes,
@@ -459,12 +455,11 @@ class FirstLook(Reduction):
         the larger of those at two corners of the region."""
         k = self._nearest_structure(changes)
         structure = self.structures[k]
-        factor = structure.factor  # first: it may move the shift, and F with it
         complement = Complement(
             basis=self.vectors,
             projected=self._projected_structure(k),
             matrix=structure.F,
-            factor=factor,
+            factor=structure.factor,
         )
         return complement.contraction_in(self.region, self.scaled.at(changes))
 

@@ -20,6 +20,7 @@ from squeal.linear.roots import ordered, root_rounding
 from squeal.linear.system import System
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
+from squeal.numerics.threads import stop_if_over
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
@@ -42,7 +43,8 @@ PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
 
 
 def report_progress(text: str) -> None:
-    """Say what a long computation does next."""
+    """Say what a long computation does next; one that nobody waits for any more ends here."""
+    stop_if_over()
     PROGRESS.get()(text)
 
 

@@ -23,10 +23,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.matrices import EPS, Matrix, divisor
+from squeal.linear.matrices import EPS, Matrix, divisor, solver_near_singular
 from squeal.linear.system import System
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
+from squeal.numerics.threads import side_by_side
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, projected, report_progress
 
@@ -236,11 +237,12 @@ class ReducedBasis:
         """
         last = len(points) - 1
         middle = points[last // 2]
-        modes = modes_at(middle, None)
-        for end in (0, last):
-            modes = modes.joined(modes_at(points[end], None))
+        modes = Roots.none(self.projection.n)
+        ends = [middle, points[0], points[last]]
+        for of_point in side_by_side(lambda point: modes_at(point, None), ends):
+            modes = modes.joined(of_point)
         while len(modes.values) and self.grow(modes, middle):
-            estimates = [self.estimate(changes) for changes in points]
+            estimates = list(side_by_side(self.estimate, points))
             ratios = [estimate.ratios_to_allowed() for estimate in estimates]
             largest = [float(np.max(of_point, initial=0.0)) for of_point in ratios]
             k = int(np.argmax(largest))
@@ -292,20 +294,19 @@ class ReducedBasis:
         With at_shift = shift B + A the equation is at_shift^-1 B x = theta x, where
         theta = 1 / (shift - lambda).
         """
-        from scipy.linalg import eig
-
         at_shift = self.shift * B + A
-        theta, left, right = eig(np.linalg.solve(at_shift, B), left=True)
+        theta, right = np.linalg.eig(np.linalg.solve(at_shift, B))
         # theta that are zero to rounding are infinite roots
         is_finite = np.abs(theta) > EPS * np.abs(theta).max(initial=0.0)
         values = self.shift - 1.0 / np.where(is_finite, theta, 1.0)
         is_chosen = is_finite & region.contains(values)
-        # `left` y has y^H at_shift^-1 B = theta y^H: the left vector of the pencil is at_shift^-H y
-        left_of_pencil = np.linalg.solve(at_shift.conj().T, left[:, is_chosen])
+        # the left vectors are the columns of (at_shift `right`)^-H
+        solve = solver_near_singular(at_shift @ right, np.finfo(float).tiny)
+        left = solve(np.eye(len(B), dtype=complex)[:, is_chosen], True)
         roots = Roots(
             values=values[is_chosen],
             right=right[:, is_chosen],
-            left=np.asarray(left_of_pencil, dtype=complex),
+            left=left,
         )
         return roots.select(self._are_modes(roots))
 

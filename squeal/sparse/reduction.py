@@ -11,6 +11,7 @@ import itertools
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from squeal.linear.matrices import Matrix, divisor, norm_of
 from squeal.linear.system import System
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
+from squeal.numerics.threads import side_by_side
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import (
@@ -92,7 +94,7 @@ class Complement:
             complex(region.high_real, max(region.low_imag, 0.0)),
             complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
         )
-        return max(self.contraction(problem.at(corner)) for corner in corners)
+        return max(side_by_side(lambda corner: self.contraction(problem.at(corner)), corners))
 
 
 class EstimatedModes(NamedTuple):
@@ -152,12 +154,12 @@ class Reduction:
         new = np.ascontiguousarray(self.vectors[:, old.shape[1] :])
         if not new.size:
             return
-        matrices = []
-        for k, A in enumerate(self._matrices):
-            # only the rows and columns of the new vectors are computed
-            before = self.system.terms[k].matrix if old.size else np.zeros((0, 0))
-            matrices.append(grown(before, A, old, new))
-        reduced = iter(matrices)  # in the order in which `mapped` goes through the terms
+        # only the rows and columns of the new vectors are computed
+        before = [np.zeros((0, 0))] * len(self._matrices)
+        if old.size:
+            before = [term.matrix for term in self.system.terms]
+        # in the order in which `mapped` goes through the terms
+        reduced = side_by_side(partial(grown, old=old, new=new), before, self._matrices)
         self.system = self.scaled.system.mapped(
             lambda term: Term(next(reduced), term.factor),
             labels=(),  # those of the full system are of its rows

@@ -102,6 +102,7 @@ critical-friction b1.yaml --min 0 | --min 0
 report b1.yaml --min 0 | --min 0
 report pair.yaml --max 9 --min 8 | --min 8
 critical-friction b1.yaml --workers 2 | --workers 2
+eigenvalues b1.yaml --workers 2 | --workers 2
 scatter pair.yaml none.yaml | none.yaml
 scatter pair.yaml free.yaml | free.yaml: spreads: mu
 scatter pair.yaml s.json --csv s.json | s.json

@@ -1,5 +1,6 @@
 """Processes that work beside this one: what they give, and how they end."""
 
+import itertools
 import os
 import signal
 import subprocess
@@ -13,6 +14,7 @@ import pytest
 from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.io.processes import mapped
+from squeal.numerics.threads import threads_of_a_verb
 from tests.cli.calls import words
 from tests.conftest import SCENES
 
@@ -41,12 +43,13 @@ if __name__ == "__main__":
 
 def test_results_come_in_the_order_of_the_tasks():
     """And an exception where its task stands."""
-    for workers in (1, 2):
-        results = mapped(bytes.fromhex, ["01", "02", "03", "04", "word"], workers)
-        assert [next(results)[0] for _ in range(4)] == [1, 2, 3, 4]
-        with pytest.raises(ValueError, match="non-hexadecimal"):
-            next(results)
-        assert list(mapped(pow, range(3), workers, 2)) == [1, 2, 4]
+    for workers, in_threads in itertools.product((1, 2, 3), (False, True)):
+        with threads_of_a_verb(workers):
+            results = mapped(bytes.fromhex, ["01", "02", "03", "04", "word"], in_threads)
+            assert [next(results)[0] for _ in range(4)] == [1, 2, 3, 4]
+            with pytest.raises(ValueError, match="non-hexadecimal"):
+                next(results)
+            assert list(mapped(partial(pow, 2), range(3), in_threads)) == [1, 2, 4]
 
 
 class Deadly:
@@ -56,10 +59,10 @@ class Deadly:
         return os._exit, (9,)
 
 
-@pytest.mark.parametrize(("work", "common"), [(pow, Deadly()), (os._exit, None)])
-def test_a_process_that_is_killed_is_said(work, common):
-    with pytest.raises(ComputationError, match="was killed"):
-        list(mapped(work, range(9), 2, common))
+@pytest.mark.parametrize("work", [partial(pow, Deadly()), os._exit])
+def test_a_process_that_is_killed_is_said(work):
+    with threads_of_a_verb(2), pytest.raises(ComputationError, match="was killed"):
+        list(mapped(work, range(9)))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.errors import InputError, InputWarning
+from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.linear import GROWING
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
@@ -148,6 +148,16 @@ def test_workers_give_the_same_bits():
         return squeal.sweep(brake, [0.1, 0.5], BAND, method="modal", workers=workers).to_dict()
 
     assert swept(1) == swept(2)
+    assert brake.n > 400  # whose verbs take threads
+    spreads = {"mu": {"within": 0.1}, "gap": {"within": 0.2}}
+    for ask in (
+        lambda workers: squeal.eigenvalues(brake, band=BAND, workers=workers),
+        lambda workers: squeal.thresholds(brake, 0.8, band=BAND, workers=workers),
+        lambda workers: squeal.scatter(
+            brake, spreads, samples=8, of="growth", band=BAND, workers=workers
+        ),
+    ):
+        assert ask(1).to_dict() == ask(2).to_dict() == ask(3).to_dict()
     chart = squeal.map(brake, axes, band=BAND, workers=1).to_dict()
     assert chart == squeal.map(brake, axes, band=BAND, workers=2).to_dict()
     for a, row in zip(axes[0].values, chart["verdicts"], strict=True):
@@ -253,6 +263,12 @@ def test_one_row_is_reduced_whatever_the_band_holds(stiffness, band):
 def test_a_wrong_number_of_workers_is_refused(workers):
     with pytest.raises(InputError, match="workers"):
         squeal.sweep(BRAKE, [0.1], BAND, workers=workers)
+
+
+def test_each_worker_needs_the_memory_of_a_factorisation():
+    assert squeal.eigenvalues(BRAKE, band=BAND, memory=6e6).count
+    with pytest.raises(ComputationError, match="`workers` need less"):
+        squeal.eigenvalues(BRAKE, band=BAND, memory=6e6, workers=9)
 
 
 @pytest.mark.parametrize("part", ["M", "K"])

@@ -15,6 +15,7 @@ from squeal.io.processes import mapped
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.model.pad import Model, Pad, pose_of
+from squeal.numerics.threads import threads_of_a_verb
 from squeal.simulation.hybrid import (
     CLEAR,
     MISSED,
@@ -279,7 +280,8 @@ def simulate_many(
     parts = [slice(i, i + size) for i in range(0, count, size)]
     tasks = [(some_pads(whole, part), starts[part], stops[part]) for part in parts]
     motions = partial(_motions, tolerance=tolerance, measure=measure, events=events)
-    chunks = list(mapped(motions, tasks, workers))
+    with threads_of_a_verb(workers):
+        chunks = list(mapped(motions, tasks))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
 
 

@@ -149,9 +149,7 @@ def _codes_of(compiled: bool, block: _Block) -> PointVerdicts:
     return codes_at(*block, compiled)
 
 
-def on_grid(
-    scene: Scene, names: tuple[str, str], x: Array, y: Array, workers: int = 1
-) -> PointVerdicts:
+def on_grid(scene: Scene, names: tuple[str, str], x: Array, y: Array) -> PointVerdicts:
     """Compute the verdicts, contact states and exceeded limits on a grid of two parameters.
 
     Blocks of some values of x are computed at a time, to bound the memory. The blocks are the same
@@ -165,8 +163,6 @@ def on_grid(
         The two parameters.
     x, y : array (n1,), array (n2,)
         Their values, SI units.
-    workers : int
-        How many processes share the blocks.
 
     Returns
     -------
@@ -176,11 +172,7 @@ def on_grid(
     compiled = len(x) * len(y) >= COMPILED_FROM
     blocks = _blocks(scene, names, x, y, POINTS_AT_ONCE)
     codes_of_block = partial(_codes_of, compiled)
-    if workers == 1:
-        # `mapped` would first load SciPy, which takes longer than a small map
-        parts = [codes_of_block(block) for block in blocks]
-    else:
-        parts = list(mapped(codes_of_block, blocks, workers))
+    parts = mapped(codes_of_block, blocks)
     grids = []
     for arrays_of_blocks in zip(*parts, strict=True):  # for each field of `PointVerdicts`
         joined = np.concatenate(arrays_of_blocks, axis=-1)  # along the points
@@ -216,7 +208,6 @@ def stability_map(
     axes: tuple[Axis, Axis] | None = None,
     quantity: str | None = None,
     curves: bool = False,
-    workers: int = 1,
 ) -> Map:
     """Compute the map of verdicts over two parameters of a scene's pad.
 
@@ -233,8 +224,6 @@ def stability_map(
         friction rises from 0 to `HIGH`.
     curves : bool
         Whether the curves on which stability is lost are located.
-    workers : int
-        How many processes share the points; any number gives the same bits.
 
     Raises
     ------
@@ -246,7 +235,7 @@ def stability_map(
     axes = angle_axes(200) if axes is None else axes
     _check(scene, axes, quantity)
     names = (axes[0].name, axes[1].name)
-    points = on_grid(scene, names, axes[0].values, axes[1].values, workers)
+    points = on_grid(scene, names, axes[0].values, axes[1].values)
     codes = np.where(points.doubtful, UNKNOWN, points.codes).astype(np.int8)
     beyond = points.beyond
     admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
@@ -261,7 +250,7 @@ def stability_map(
     notes = []
     if quantity is not None:
         words, unit = QUANTITIES[quantity]
-        values, unknown = _quantity(scene, axes, quantity, workers)
+        values, unknown = _quantity(scene, axes, quantity)
         unit = unit_word(unit)
         name_unit_values = (quantity, unit, values)
         notes.append(f"{words}: {_span(values, unit)}")
@@ -311,16 +300,14 @@ def _share(is_point: Bools) -> str:
     return f"{100 * is_point.mean():.3g} % of the points"
 
 
-def _quantity(
-    scene: Scene, axes: tuple[Axis, Axis], name: str, workers: int
-) -> tuple[Array, Bools]:
+def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[Array, Bools]:
     """Compute one of the `QUANTITIES` over two axes.
 
     Returns its values (n1, n2), NaN where there is none, and where (n1, n2) it is unknown.
     """
     names = (axes[0].name, axes[1].name)
     blocks = _blocks(scene, names, axes[0].values, axes[1].values, QUANTITY_POINTS)
-    parts = mapped(partial(_quantity_of, name), blocks, workers)
+    parts = mapped(partial(_quantity_of, name), blocks)
     values, unknown = zip(*parts, strict=True)  # arrays of each block
     shape = (axes[0].n, axes[1].n)
     return np.concatenate(values).reshape(shape), np.concatenate(unknown).reshape(shape)

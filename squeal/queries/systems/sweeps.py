@@ -27,19 +27,6 @@ from squeal.sparse.quadratic import PROGRESS, Roots
 from squeal.sparse.reduction import Reduction
 
 
-class _SharedInput(NamedTuple):
-    """What all values of a sweep share: it is sent once to each process.
-
-    Without a reduction the system itself is solved at each value, and the referee judges the roots
-    of a small one if `is_judged` says so.
-    """
-
-    file: SystemFile
-    selection: EigenvalueSelection
-    reduction: Reduction | None
-    is_judged: bool
-
-
 class TrackedModes(NamedTuple):
     """A sweep in which each mode has one number at all values.
 
@@ -64,7 +51,6 @@ def track_modes(
     selection: EigenvalueSelection,
     values: Sequence[float],
     reduction: Reduction | None,
-    workers: int = 1,
     numbered_at: float | None = None,
     is_judged: bool = True,
 ) -> TrackedModes:
@@ -80,8 +66,6 @@ def track_modes(
         Of the free parameter, in any order.
     reduction : Reduction or None
         A reduced system that is good at the values; without one the system itself is solved.
-    workers : int
-        Processes.
     numbered_at : float, optional
         One of the values, at which modes are numbered; left out, the system's present value.
     is_judged : bool
@@ -104,8 +88,8 @@ def track_modes(
     if min(values) < present_value < max(values) and not expensive:
         computed.add(present_value)
     rising = sorted(computed)
-    shared = _SharedInput(file, selection, reduction, is_judged)
-    tasks = mapped(_step_and_roots, rising, workers, shared)
+    compute = functools.partial(_step_and_roots, file, selection, reduction, is_judged)
+    tasks = mapped(compute, rising, in_threads=not small or reduction is not None)
     computed_roots = dict(
         zip(rising, with_progress(tasks, len(rising), PROGRESS.get()), strict=True)
     )
@@ -150,12 +134,19 @@ def track_modes(
     return TrackedModes(tuple(step_at[value] for value in values), losses, reference)
 
 
-def _step_and_roots(shared: _SharedInput, value: float) -> tuple[Step, Roots]:
+def _step_and_roots(
+    file: SystemFile,
+    selection: EigenvalueSelection,
+    reduction: Reduction | None,
+    is_judged: bool,
+    value: float,
+) -> tuple[Step, Roots]:
     """Compute the roots at a value of the parameter: a task of a process.
 
-    Returns the step with the listed roots, and the roots with vectors, by which modes are tracked.
+    Without a reduction the system itself is solved, and the referee judges the roots of a small one
+    if `is_judged` says so. Returns the step with the listed roots, and the roots with vectors, by
+    which modes are tracked.
     """
-    file, selection, reduction, is_judged = shared
     if reduction is None:
         roots = _roots_of_full(file, selection, value, is_judged)
     else:

@@ -16,6 +16,7 @@ from squeal.io.writing import JsonObject
 from squeal.linear.damping import frictionless
 from squeal.linear.matrices import why_no_mass
 from squeal.linear.system import System, TermSystem, warn_of_unused_parameters
+from squeal.numerics.threads import workers_of_verb
 from squeal.queries.options import Band
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.matrices import ALL_ROWS, is_symmetric
@@ -212,19 +213,21 @@ def _refuse_conjugates(region: Rectangle, real: bool) -> None:
 def _check_memory(system: TermSystem, limit: float | None) -> None:
     """Refuse a system that does not fit into `limit` bytes; into what is free if it is None.
 
-    A search needs one sparse factorisation and one Krylov subspace. The bytes of both were measured
-    on three-dimensional solids; a full matrix takes what its entries need. Raises ComputationError.
+    A search needs one sparse factorisation for each worker and one Krylov subspace. The bytes of
+    both were measured on three-dimensional solids; a full matrix takes what its entries need.
+    Raises ComputationError.
     """
     entries = max(int(getattr(term.matrix, "nnz", term.matrix.size)) for term in system.terms)
     # bytes: 16 for a complex entry, of a full factor n^2 of these; else as measured
     factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
     subspace = 16 * 2 * 180 * system.n  # 180 complex vectors (2n,) of the first-order form
-    needed = factor + subspace
+    needed = workers_of_verb() * factor + subspace
     free = _free_memory() if limit is None else limit
     if needed > free:
         raise ComputationError(
             f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
-            f"{free / 1e9:.2g} GB are free; a larger `memory` allows more, fewer rows need less"
+            f"{free / 1e9:.2g} GB are free; a larger `memory` allows more, fewer "
+            "rows or `workers` need less"
         )
 
 

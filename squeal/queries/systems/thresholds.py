@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.processes import mapped, with_progress
+from squeal.io.processes import with_progress
 from squeal.io.system import SystemFile
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.bends import undersampled_factor
@@ -32,6 +32,7 @@ from squeal.linear.search import SearchResult, cluster_events, hull, search
 from squeal.linear.system import TermSystem
 from squeal.linear.thresholds import points_and_crossings
 from squeal.numerics.differentiation import Parameters
+from squeal.numerics.threads import side_by_side
 from squeal.queries.ranges import IS_VAGUE, vague_interval
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
 from squeal.queries.systems.band_comparison import BandContinuation, Roots, compare
@@ -104,7 +105,6 @@ def system_thresholds(
     high: float,
     low: float | None = None,
     selection: EigenvalueSelection | None = None,
-    workers: int = 1,
     shared_reduction: Reduction | None = None,
     step_ends: Sequence[float] = (),
     exact_range: ExactRange | None = None,
@@ -125,8 +125,6 @@ def system_thresholds(
         The range of p. Without `low` it begins at 0, or at high / 100 where a factor divides by p.
     selection : EigenvalueSelection, optional
         The band or region whose roots are judged; all roots if left out.
-    workers : int
-        Processes that count roots.
     shared_reduction : Reduction, optional
         A reduced system that was made for several systems, this system among them. Nothing is
         counted then.
@@ -167,7 +165,7 @@ def system_thresholds(
         located = _located_among_all(system, selection, low, high, step_ends, roots)
     else:
         values = _values_of_reduction(low, high, step_ends)
-        located = _located_in_band(system, selection, values, workers, shared_reduction)
+        located = _located_in_band(system, selection, values, shared_reduction)
         assert located.reduction is not None
         roots = located.reduction.values
     located = _without_vague_certificate(located, system.parameter, high - low)
@@ -340,7 +338,6 @@ def _located_in_band(
     system: TermSystem,
     selection: EigenvalueSelection,
     values: Sequence[float],
-    workers: int,
     shared: Reduction | None,
 ) -> _LocatedThresholds:
     """Locate the thresholds of a band on the cheapest reduced system that serves.
@@ -351,16 +348,16 @@ def _located_in_band(
     values: rising values of the parameter at which the reduced system has to be good.
     """
     if shared is not None:
-        return _located_on_reduction(system, selection, shared, values, workers, is_shared=True)
+        return _located_on_reduction(system, selection, shared, values, is_shared=True)
     changes = [{system.parameter: value} for value in values]
     if system.n <= COUNTED_ROWS:
         first_look = first_look_for_thresholds(system, selection, changes)
         if first_look is not None:
-            located = _located_on_reduction(system, selection, first_look, values, workers)
+            located = _located_on_reduction(system, selection, first_look, values)
             if located.certified:
                 return located
     reduction = reduced_for(system, selection, changes)
-    return _located_on_reduction(system, selection, reduction, values, workers)
+    return _located_on_reduction(system, selection, reduction, values)
 
 
 def _located_on_reduction(
@@ -368,7 +365,6 @@ def _located_on_reduction(
     selection: EigenvalueSelection,
     reduction: Reduction,
     values: Sequence[float],
-    workers: int,
     is_shared: bool = False,
 ) -> _LocatedThresholds:
     """Search the thresholds of a band on a reduced system, and locate them on the full one.
@@ -383,8 +379,6 @@ def _located_on_reduction(
         The reduced system.
     values : sequence of float
         Rising values of the parameter at which the reduced system is good.
-    workers : int
-        Processes that count growing roots of the full system.
     is_shared : bool
         Whether the reduced system was made for several systems, this system among them. The reduced
         system is not changed then, and nothing is counted. Else the vectors of roots that pass
@@ -430,7 +424,7 @@ def _located_on_reduction(
     depends_on_frequency = bool(system.follows)
     if not is_shared and system.n <= COUNTED_ROWS and not depends_on_frequency:
         if not unconfirmed:  # a list with unconfirmed events is not certified by any count
-            doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints, workers)
+            doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints)
         unseen = undersampled_factor(system, sorted({*values, *comparison.midpoints}))
         if unseen is not None:
             doubts.append(
@@ -492,17 +486,13 @@ def _with_rounding(reduction: Reduction, name: str, event: Event, low: float) ->
 
 
 def _disagreeing_counts(
-    reduction: Reduction,
-    continuation: BandContinuation,
-    values: Sequence[float],
-    workers: int,
+    reduction: Reduction, continuation: BandContinuation, values: Sequence[float]
 ) -> list[str]:
     """A sentence for each value at which the full system does not have as many growing roots as the
     reduced one."""
-    tasks = [(value, continuation.at(value).growing_roots) for value in values]
-    agreements = with_progress(
-        mapped(_count_agrees, tasks, workers, reduction), len(tasks), PROGRESS.get(), "counts"
-    )
+    expected = [continuation.at(value).growing_roots for value in values]
+    counts = side_by_side(partial(_count_agrees, reduction), values, expected)
+    agreements = with_progress(counts, len(values), PROGRESS.get(), "counts")
     doubts = []
     for value, agrees in zip(values, agreements, strict=True):
         if not agrees:
@@ -572,12 +562,9 @@ def _notes(
     return notes
 
 
-def _count_agrees(reduction: Reduction, task: tuple[float, int]) -> bool:
-    """True if as many roots of the full system in the region grow as are expected.
-
-    task: the value of the parameter and the expected number, where a pair counts as two.
-    """
-    value, expected = task
+def _count_agrees(reduction: Reduction, value: float, expected: int) -> bool:
+    """True if as many roots of the full system in the region grow as are expected at a value of the
+    parameter, where a pair counts as two."""
     name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
     if isinstance(reduction, FirstLook):
