@@ -13,6 +13,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -44,7 +45,7 @@ from squeal.sparse.quadratic import (
     ScaledSystem,
     multiply,
 )
-from squeal.sparse.reduced_basis import ReducedBasis
+from squeal.sparse.reduced_basis import ESTIMATED_MARGIN, ReducedBasis
 from squeal.sparse.reduction import Reduction
 
 # When a match of roots of the reduced system is in doubt, and how many steps it may cost
@@ -95,7 +96,10 @@ def _frozen_parts(reduction: Reduction) -> Iterator[_FrozenPart]:
     """The reduced system frozen at evenly spaced frequencies of its band, in regions that overlap;
     one part for the whole band if matrices do not depend on the frequency of each root."""
     if not isinstance(reduction, DispersiveReduction):
-        yield _FrozenPart(reduction.path_reduction, 0.0, math.inf)
+        # roots are followed around the region too: they may enter, cross and leave within a step
+        followed = copy(reduction.path_reduction)
+        followed.region = reduction.region.surroundings
+        yield _FrozenPart(followed, 0.0, math.inf)
         return
     region = reduction.region
     grid = frequencies(reduction.system, region)
@@ -482,8 +486,13 @@ def crossings_along(
     InputError
         If the region contains no part of the upper imaginary axis.
     """
+    region = reduction.region
+    # of a guess a little beyond the border the crossing may lie inside
+    margin = ESTIMATED_MARGIN * region.size.imag
     guesses = [_ReducedCrossing(guess, is_near_part=True) for guess in zero_roots]
-    guesses += _crossings_of_reduced(reduction, name, values, held)
+    for reduced in _crossings_of_reduced(reduction, name, values, held):
+        if -margin <= reduced.guess.omega - region.low_imag <= region.size.imag + margin:
+            guesses.append(reduced)
     full = reduction.scaled
     real = held or full  # on which crossings by real roots are located
 
@@ -500,7 +509,9 @@ def crossings_along(
         if isinstance(crossing, ComputationError):
             if reduced.is_near_part:
                 unconfirmed.append(str(crossing))
-        elif not any(_is_same(crossing, other) for other in crossings):
+            continue
+        is_inside = region.low_imag <= crossing.omega <= region.high_imag
+        if is_inside and not any(_is_same(crossing, other) for other in crossings):
             crossings.append(crossing)
     inside: list[AxisCrossing] = []
     for crossing in crossings:

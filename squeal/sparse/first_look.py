@@ -17,7 +17,7 @@ Without q < 1 directions outside of V may have roots of their own: the full prob
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -49,7 +49,6 @@ from squeal.sparse.quadratic import (
 from squeal.sparse.reduced_basis import (
     COARSE_ERROR,
     ESTIMATED_MARGIN,
-    TRAINED_MARGIN,
     Probes,
     ReducedBasis,
     ResidualSketch,
@@ -70,7 +69,8 @@ ONE_ROUND_ERROR = 1e-3  # of |lambda|: errors for which one more round of correc
 GOOD_ERROR = 1e-7  # of |lambda|: roots with smaller errors add no corrections
 MOST_ROUNDS = 5  # of corrections at most
 DROPPED_PART = 1e-2  # of unit vectors: what they add less is left out
-MOST_TRAINED = 13  # values at most that few modes are made for
+MOST_TRAINED = 13  # values at most that few modes are made for, without those that are added
+SHORTEST_INTERVAL = 1e-3  # of the range of a parameter: where a root may jump it is not divided
 DECAYED = 2.0  # times its error: a root that decays by more is not corrected
 
 
@@ -257,7 +257,9 @@ class FirstLook(Reduction):
         # without C the projected problem is one of w^2, of half the size
         if self.is_complete and len(self.trained) > len(self.samples) and self.system.C:
             basis = ReducedBasis(self.system, self._residual_sketch(), self.region)
-            basis.train(self.trained, self._modes_at)
+            around = self.region.surroundings
+            values_around = [z[around.contains(z)] for z in self._values_trained()]
+            basis.train(self.trained, values_around, self.roots)
             self.reduced_basis = basis if basis.size else None
         return self
 
@@ -318,13 +320,43 @@ class FirstLook(Reduction):
         F = (K - self.structures[k].shift * M).real
         return (F + F.T) / 2
 
-    def _modes_at(self, changes: Parameters, values: ComplexArray | None) -> Roots:
-        """The modes of the projected problem next to the given values; for None all in the region
-        and up to `TRAINED_MARGIN` around it."""
-        if values is None:
-            values = self._projected_values(changes)
-            values = values[self.region.widened(TRAINED_MARGIN).contains(values)]
-        return self.roots(changes, values)
+    def _values_trained(self) -> list[ComplexArray]:
+        """All roots of the projected problem at each of the `trained` values.
+
+        Of one parameter values are added to `trained` in the middle between two where a root may
+        jump over the region and its surroundings: fewer roots are below them and more above, or the
+        reverse.
+        """
+        values = list(side_by_side(self._projected_values, self.trained))
+        names = set().union(*self.trained)
+        if len(names) != 1:
+            return values
+        (name,) = names
+        shortest = SHORTEST_INTERVAL * (self.trained[-1][name] - self.trained[0][name])
+        k = 0
+        while k + 1 < len(self.trained):
+            start = self.trained[k][name]
+            end = self.trained[k + 1][name]
+            if abs(end - start) > abs(shortest) and self._may_jump(values[k], values[k + 1]):
+                middle = {name: (start + end) / 2}
+                self.trained.insert(k + 1, middle)
+                values.insert(k + 1, self._projected_values(middle))
+            else:
+                k += 1
+        return values
+
+    def _may_jump(self, before: ComplexArray, after: ComplexArray) -> bool:
+        """Whether a root may have passed the region and its surroundings from one list of all roots
+        to the other, from below to above or back."""
+        around = self.region.surroundings
+
+        def rise(is_there: Callable[[ComplexArray], Bools]) -> int:
+            """By how many more roots are at a place."""
+            return int(np.sum(is_there(after))) - int(np.sum(is_there(before)))
+
+        rise_below = rise(lambda z: z.imag < around.low_imag)
+        rise_above = rise(lambda z: z.imag > around.high_imag)
+        return bool(rise_below * rise_above < 0)
 
     def estimate(self, changes: Parameters) -> EstimatedRoots:
         """The roots of the region with their errors, by few modes where they suffice, otherwise by

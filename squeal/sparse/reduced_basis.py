@@ -39,7 +39,7 @@ FINE_ERROR = 1e-5  # of |lambda|: errors with which training ends
 FINE_GROWTH_ERROR = 0.1  # ... or of the growth rate
 ADDED_SHARE = 0.05  # of the largest error: the modes of roots with greater errors are added
 ESTIMATED_MARGIN = 0.05  # of the region's size: roots that close to it are estimated too
-TRAINED_MARGIN = 0.1  # ... and modes that close to it are among those that are added
+ABSENT = 1e-3  # of |lambda|: further than this from all estimates, a root is not among them
 UNCERTAINTY = 2.0
 """Of the product of two estimated norms: the share that is added to an estimated product. Norms and
 product come from the same SKETCH vectors. Of parallel residuals all are too small by one share,
@@ -217,11 +217,13 @@ class ReducedBasis:
     def train(
         self,
         points: Sequence[Parameters],
-        modes_at: Callable[[Parameters, ComplexArray | None], Roots],
+        values_around: Sequence[ComplexArray],
+        modes_at: Callable[[Parameters, ComplexArray], Roots],
     ) -> None:
         """Add modes until all errors at the points are allowed ones, or no further state is added.
 
-        First all modes at the middle, the first and the last point are added. Then, again and
+        First all modes at the middle, the first and the last point are added, and at the other
+        points those of roots that are in or around the region only there. Then, again and
         again, the point with the largest error (as a multiple of the allowed one) adds the modes
         next to roots whose errors are more than `ADDED_SHARE` of it. Larger errors than allowed
         remain where the projection has no modes next to such roots, or where the basis has their
@@ -231,17 +233,23 @@ class ReducedBasis:
         ----------
         points : sequence of mapping
             Values of the parameters, in order along the range.
+        values_around : sequence of array (m,)
+            The roots of the projection in and around the region, at each of the points.
         modes_at : callable
-            From values of the parameters and roots (m,), or None: the modes of the projection next
-            to these roots, for None all in and around the region.
+            From values of the parameters and roots (m,): the modes of the projection next to these
+            roots.
         """
         last = len(points) - 1
         middle = points[last // 2]
         modes = Roots.none(self.projection.n)
-        ends = [middle, points[0], points[last]]
-        for of_point in side_by_side(lambda point: modes_at(point, None), ends):
+        ends = (last // 2, 0, last)
+        for of_point in side_by_side(lambda k: modes_at(points[k], values_around[k]), ends):
             modes = modes.joined(of_point)
-        while len(modes.values) and self.grow(modes, middle):
+        self.grow(modes, middle)
+        for changes, values in zip(points, values_around, strict=True):
+            absent = self._absent(changes, values)
+            self.grow(modes_at(changes, absent), middle)
+        while self.size:
             estimates = list(side_by_side(self.estimate, points))
             ratios = [estimate.ratios_to_allowed() for estimate in estimates]
             largest = [float(np.max(of_point, initial=0.0)) for of_point in ratios]
@@ -251,6 +259,21 @@ class ReducedBasis:
                 return
             is_missed = ratios[k] > ADDED_SHARE * largest[k]
             modes = modes_at(points[k], estimates[k].roots.values[is_missed])
+            if not self.grow(modes, middle):
+                return
+
+    def _absent(self, changes: Parameters, values: ComplexArray) -> ComplexArray:
+        """Those of the roots `values` (m,) of the projection that the pencil does not have.
+
+        A root that is in the region only between the values of the parameters whose modes were
+        added has left no trace in them.
+        """
+        if not self.size:
+            return values
+        _, B, A = self.system.at(changes)
+        of_pencil = self._roots_in(self.region.surroundings, B, A).values
+        distances = np.abs(np.subtract.outer(values, of_pencil)).min(axis=1, initial=np.inf)
+        return values[distances > ABSENT * np.abs(values)]
 
     def grow(self, modes: Roots, middle: Parameters) -> bool:
         """Add right and left modes of the projection, which may be of any parameters.
@@ -258,9 +281,11 @@ class ReducedBasis:
         With the singular values s of the pencil of all modes at the shift and at the parameters
         `middle`, U s V^H, the left states are combined by U / sqrt(s) and the right ones by
         V / sqrt(s): there the pencil becomes the unit matrix. Small s are left out, as in a Loewner
-        realisation. Returns False, with the states as they were, if no more s than before are
-        large.
+        realisation. Returns False, with the states as they were, if there are no modes or no more
+        s than before are large.
         """
+        if not len(modes.values):
+            return False
         self.modes = self.modes.joined(modes)
         products = projected(self.projection, self.modes.left, self.modes.right)
         z = self.modes.values

@@ -59,7 +59,6 @@ SPURIOUS_RESIDUAL = 1e-5  # backward error of what is no root of the full proble
 MOST_SAMPLES = 20  # full solutions before a reduction is given up
 LARGEST_CONTRACTION = 0.9  # what counts as contracting
 POWERS_OF_T = 5  # of T, to see how it contracts
-SAMPLED_MARGIN = 0.04  # of a region's size: what lies so close to it is sampled too
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,7 +352,7 @@ def reduce_system(
         If there is no root in the region or around it.
     """
     reduction = kind(scaled, region)
-    wide = region.widened(SAMPLED_MARGIN)
+    wide = region.surroundings
     sampled: list[int] = []  # indices of the values whose full modes the basis holds
     counted: set[int] = set()  # those at which the roots of the full problem were counted
 

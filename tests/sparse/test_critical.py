@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.sparse import block_diag, csc_array
+from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
 from squeal.errors import ComputationError, InputError
@@ -397,3 +397,74 @@ def test_a_growing_mode_that_leaves_the_band_is_told_beside_another_that_grows()
     answer = squeal.thresholds(system, 1.0, 0.0, band=(5.0, 200.0 / (2 * np.pi)))
     assert [one.mu for one in answer.crossings] == pytest.approx([0.2, 0.3])
     assert "fewer modes are found to grow" in answer.details["left_out"][0]
+
+
+def passing_mode(drift, onset, rows=401, parameter="mu"):
+    """A mode with K = w^2 (1 + drift (p - onset)) and C = 8.8 (1 - mu / onset) beside others: for p
+    = mu it begins to grow at the onset, at 700 Hz, which it passes. A neighbour stays there."""
+    w = 2 * np.pi * 700
+    others = np.r_[w * 1.00005, np.linspace(7000.0, 30000.0, rows - 2)]
+    one = np.eye(rows)[0]
+    C = {"1": diags_array(np.r_[8.8, 2e-3 * others]), "mu": diags_array(-8.8 / onset * one)}
+    K_rest = diags_array(np.r_[w**2 * (1 - drift * onset), others**2])
+    K = {"1": K_rest, parameter: diags_array(w**2 * drift * one)}
+    return squeal.System(eye_array(rows, format="csc"), C, K, {"mu": 0.0, parameter: onset})
+
+
+@pytest.mark.parametrize(
+    ("drift", "onset", "width", "rows"),
+    [
+        (0.2, 0.7, 20.0, 401),  # at no end of the range and not in its middle in the band
+        (1.0, 0.23, 100.0, 401),
+        (0.5, 0.23, 60.0, 900),
+        (0.2, 0.7, 20.0, 100),
+        (3.0, 0.23, 1.0, 401),  # jumps over the band between any two of the values looked at
+    ],
+)
+def test_a_mode_that_grows_while_it_passes_the_band_is_found(drift, onset, width, rows):
+    system = passing_mode(drift, onset, rows)
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(700.0 - width / 2, 700.0 + width / 2))
+    (crossing,) = answer.crossings
+    assert crossing.direction == "up"
+    assert crossing.mu == pytest.approx(onset, rel=1e-9)
+    assert crossing.frequency_hz == pytest.approx(700.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("scale", [7e4, 1e5, 2e5])
+@pytest.mark.parametrize("excess", [3e-3, 1e-5])
+def test_a_mode_that_is_heavily_damped_at_all_values_but_some_is_found(scale, excess):
+    """C = scale ((mu - p)^2 (mu - q)^2 - excess): it decays fast at 0, 1/2 and 1."""
+    p = (2 - 2**0.5) / 4
+    q = 1 - p
+    rest = np.r_[3900.0, 4900.0, np.linspace(7000.0, 30000.0, 398)]
+    C = {
+        "1": diags_array(np.r_[0.0, 2e-3 * rest]),
+        f"((mu - {p}) * (mu - {q}))**2 - {excess}": diags_array(scale * np.eye(401)[0]),
+    }
+    K = diags_array(np.r_[4300.0, rest] ** 2)
+    system = squeal.System(eye_array(401, format="csc"), C, K, {"mu": 0.0})
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(600.0, 800.0))
+    # (mu - p)(mu - q) = (mu - 1/2)^2 - 1/8 is plus or minus the root of the excess
+    offsets = np.sqrt([1 / 8 - excess**0.5, 1 / 8 + excess**0.5])
+    exact = np.sort(np.r_[0.5 - offsets, 0.5 + offsets])
+    assert [crossing.mu for crossing in answer.crossings] == pytest.approx(exact, rel=1e-8)
+    assert answer.certified
+
+
+def test_a_mode_that_passes_the_band_is_in_sweeps_and_maps():
+    """Verdicts by the frequency and the damping of the passing mode, in closed form."""
+    system = passing_mode(2.0, 0.5, parameter="s")
+    band = (500.0, 900.0)
+
+    def grows(mu, s):
+        frequency = 700.0 * np.sqrt(1 + 2.0 * (s - 0.5))
+        return mu > 0.5 and band[0] < frequency < band[1]
+
+    axes = squeal.Axis("mu", 0.0, 0.9, 7), squeal.Axis("s", 0.03, 1.0, 15)
+    for cell in squeal.map(system, axes, band=band).to_records():
+        assert (cell["verdict"] == "flutter") == grows(cell["mu"], cell["s"])
+    values = np.linspace(0.0, 1.0, 61).tolist()
+    sweep = squeal.sweep(passing_mode(0.2, 0.7), values, band=(690.0, 710.0))
+    for value, step in zip(values, sweep.steps, strict=True):
+        frequency = 700.0 * np.sqrt(1 + 0.2 * (value - 0.7))
+        assert len(step.roots) == (2 if 690.0 < frequency < 710.0 else 1)

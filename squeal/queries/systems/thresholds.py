@@ -353,6 +353,7 @@ def _located_in_band(
     if system.n <= COUNTED_ROWS:
         first_look = first_look_for_thresholds(system, selection, changes)
         if first_look is not None:
+            values = sorted({*values, *(at[system.parameter] for at in first_look.trained)})
             located = _located_on_reduction(system, selection, first_look, values)
             if located.certified:
                 return located
