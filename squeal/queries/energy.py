@@ -254,7 +254,8 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
     found : Eigenvalues
         Roots with their vectors, of a pad or of a system; those of a first look have none.
     parts : mapping of str to sequence of int, optional
-        Rows, from 0, of each part or element set; left out, the components of an assembly.
+        Rows, from 0, of each part or element set, a row named twice counts once; left out, the
+        components of an assembly.
 
     Returns
     -------
@@ -362,10 +363,12 @@ def _rows_of_parts(
         if isinstance(found.source, SystemSource):
             return component_rows(found.source.file)
         return {}
+    rows_of_parts = {}
     for name, rows in parts.items():
         if any(not 0 <= row < size for row in rows):
             raise InputError(f"parts: {name}: is not allowed; it must be rows from 0 to {size - 1}")
-    return parts
+        rows_of_parts[name] = sorted({*rows})  # a row that is named twice counts once
+    return rows_of_parts
 
 
 def component_rows(file: SystemFile) -> dict[str, range]:

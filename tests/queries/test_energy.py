@@ -292,6 +292,15 @@ def test_parts_share_what_the_terms_do():
         squeal.energy(squeal.eigenvalues(apart), parts={"one": [2]})
 
 
+def test_a_row_that_a_part_names_twice_counts_once():
+    """Also of another part: each mode stores all of its energy in the rows of both."""
+    found = squeal.eigenvalues(squeal.System(EYE, np.diag([0.2, 0.0]), STIFF))
+    once = squeal.energy(found, parts={"one": [0, 1], "other": [1]})
+    twice = squeal.energy(found, parts={"one": [0, 1, 0], "other": [1, 1]})
+    assert twice.part_shares == once.part_shares
+    assert [row.energy for row in once.part_shares if row.part == "one"] == pytest.approx([1.0] * 2)
+
+
 def test_a_loss_factor_takes_half_of_itself_per_radian():
     """K (1 + i eta): lambda = i w (1 + i eta)^(1/2), and all of its decay is damping's."""
     eta = 0.02
