@@ -121,6 +121,20 @@ def test_slopes_in_a_band_of_a_sparse_system_are_those_of_differences():
     assert (found.condition >= 0.99).all()
 
 
+@pytest.mark.parametrize("text", ["1 1 0.5\n2 2 0.25\n", "*MATRIX INPUT\n2 2 0.25\n1 1 0.5\n"])
+def test_a_change_whose_file_does_not_tell_its_size_is_padded_as_a_term_is(tmp_path, text):
+    path = tmp_path / "D.mtx"
+    path.write_text(text)
+    system = squeal.System(np.eye(3), K=np.diag([1.0, 2.0, 4.0]))
+    found = squeal.sensitivity(system, matrices={"d": {"K": str(path)}})
+    same = squeal.sensitivity(system, matrices={"d": {"K": np.diag([0.5, 0.25, 0.0])}})
+    assert np.abs(same.slopes["d"]).max() > 0.0
+    assert found.slopes["d"].tolist() == same.slopes["d"].tolist()
+    path.write_text(f"{text}4 4 1\n")
+    with pytest.raises(InputError, match=r"shape \(4, 4\) is not allowed; the system has 3 rows"):
+        squeal.sensitivity(system, matrices={"d": {"K": str(path)}})
+
+
 def test_modes_near_a_coalescence_are_named():
     """omega^2 = w + gap / 2 +- sqrt(gap^2 / 4 - mu^2): mass-normalised, 1 / condition is the root
     over gap / 2."""

@@ -115,10 +115,14 @@ def _refuse_frame_of_other_rows(system: TermSystem, source: object) -> None:
 def _on_rows_of(system: TermSystem, file: MatrixFile) -> csc_array:
     """A matrix from a file on the rows of a system, by their labels where both have them.
 
-    Raises InputError for labelled rows that the system has not.
+    Rows that a file without a size leaves out at its end are empty. Raises InputError for labelled
+    rows that the system has not.
     """
     if not (system.labels and file.labels):
-        return file.matrix
+        matrix = csc_array(file.matrix)
+        if file.open_ended and matrix.shape[0] < system.n:  # a larger one is refused
+            matrix.resize((system.n, system.n))
+        return matrix
     if file.numbered and file.labels != system.labels:
         raise InputError(OTHER_ROWS)
     foreign = sorted({*file.labels} - {*system.labels})
