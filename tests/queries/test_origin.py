@@ -3,11 +3,13 @@
 The tests of files hold two rows whose growth hangs on the last of six digits.
 """
 
+import itertools
 import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import fsolve
 from scipy.sparse import csc_array, eye_array
 
 import squeal
@@ -493,3 +495,29 @@ def test_digits_of_a_changed_matrix_go_into_the_system(tmp_path):
     system = squeal.System(np.eye(2), K=np.diag([2.0, 4.0]))
     changed = with_matrices(squeal.SystemFile(system), {"d": {"K": tmp_path / "k.mtx"}})
     assert changed.K[-1].digits == 6
+
+
+def test_thresholds_of_few_digits_move_with_the_frequency_that_matrices_follow():
+    """The determinant at a mode of i w is zero: its zeros in mu and w with all signs of half a unit
+    in the last digit."""
+    C = np.diag([0.115, 0.224])
+    friction = np.array([[0.0, 4.0 / 3.0], [0.0, 0.0]])
+    follows = np.array([[-0.52, -1.42], [-0.92, -0.57]])
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    system = squeal.System(np.eye(2), C, {"1": K, "mu": friction, "omega": follows})
+    constant, *others = system.K
+    system = replace(system, K=(replace(constant, digits=4), *others))
+    (point,) = squeal.thresholds(system, 3.0, band=(0.05, 1.0)).points
+    low, high = point.interval
+    for signs in itertools.product((-1.0, 1.0), repeat=4):
+        changed = K + 0.0005 * np.reshape(signs, (2, 2))
+
+        def determinant(unknowns, K=changed):
+            mu, w = unknowns
+            P = -(w**2) * np.eye(2) + 1j * w * C + K + mu * friction + w * follows
+            value = P[0, 0] * P[1, 1] - P[0, 1] * P[1, 0]
+            return value.real, value.imag
+
+        mu, _ = fsolve(determinant, (point.mu, 2 * np.pi * point.frequency_hz))
+        assert low <= mu <= high
+    assert high - low < 3e-3  # 1.13e-3 of all signs

@@ -271,12 +271,18 @@ def threshold_slopes(
         changes = derivatives(frozen)
         by_free_parameter = changes.pop(system.parameter)
         null = singular_at(scaled, value, 1j * omega)
-        at_held_frequency = {}  # for each parameter the derivatives (2,) of value and frequency
-        for name, pair in crossing_slopes(null, frozen.at(), by_free_parameter, changes).items():
-            at_held_frequency[name] = np.array(pair)
-        # pair[1] is the derivative of the frequency in Hz
-        slopes.append(at_own_frequency(system, at_held_frequency, lambda pair: 2 * np.pi * pair[1]))
+        at_held_frequency = crossing_slopes(null, frozen.at(), by_free_parameter, changes)
+        slopes.append(_crossing_at_own_frequency(system, at_held_frequency))
     return slopes
+
+
+def _crossing_at_own_frequency(
+    system: TermSystem, slopes: Mapping[str, tuple[float, float]]
+) -> dict[str, Array]:
+    """`at_own_frequency` of a crossing: the derivatives (2,) of its value and of its frequency, Hz,
+    from those of `crossing_slopes`."""
+    pairs = {name: np.array(pair) for name, pair in slopes.items()}
+    return at_own_frequency(system, pairs, lambda pair: 2 * np.pi * pair[1])
 
 
 def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresholds:
@@ -329,7 +335,8 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     They leave open a number r = y^H dP x of known size |r| and unknown phase, x the mode and y its
     left vector. The smallest change of K with y^H dK x = r is dK = r y x^H / (|x| |y|)^2. If it
     moves the crossing by s for a real r and by t for an imaginary one, then by s cos(phase) +
-    t sin(phase) for another: by (s^2 + t^2)^1/2 at most.
+    t sin(phase) for another: by (s^2 + t^2)^1/2 at most. Where matrices follow the frequency of the
+    crossing, s and t are those at the frequency that moves with it.
 
     Parameters
     ----------
@@ -360,9 +367,11 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     x = null.right[:, None]
     y = null.left[:, None]
     dK = r * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
-    changes = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
+    changes = {name: frozen.derivative(name) for name in system.follows}
+    changes |= {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
     by_free_parameter = frozen.derivative(system.parameter)
-    slopes = crossing_slopes(null, frozen.at(), by_free_parameter, changes)
+    at_held_frequency = crossing_slopes(null, frozen.at(), by_free_parameter, changes)
+    slopes = _crossing_at_own_frequency(system, at_held_frequency)
     shift_by_real, _ = slopes["real"]  # the second is the derivative of the frequency
     shift_by_imaginary, _ = slopes["imaginary"]
     return math.hypot(shift_by_real, shift_by_imaginary)
