@@ -244,7 +244,8 @@ def _reservations(
     is_of_band_alone = bool(extent) and is_large
     reservations = []
     if outside is not None and outside.verdict in GROWING:
-        reservations.append(f"for {extent} alone: something outside grows at any")
+        start = f"{outside.parameter} = {number(outside.low, 4)}"
+        reservations.append(f"for {extent} alone: something outside grows at {start} already")
     elif outside is not None and outside.first is not None:
         other = outside.first
         if is_of_band_alone or other.mu < first.mu:
