@@ -157,7 +157,7 @@ class Map(Answer):
         axes = []
         for axis in self.axes:
             scale = "log" if axis.log else "linear"
-            axes.append(copied_attributes(axis, "name low high") | {"scale": scale})
+            axes.append(copied_attributes(axis, "name low high n") | {"scale": scale})
         answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
         if self.admissible is not None:
             answer["admissible_share"] = float(self.admissible.mean())

@@ -231,6 +231,12 @@ def test_values_that_could_not_be_decided_are_named_in_the_record(monkeypatch, r
     assert not recwarn
 
 
+def test_each_axis_of_a_map_has_its_own_number_of_points_in_json():
+    axes = Axis("k1", 1e8, 2e8, 3), Axis("k2", 1e8, 2e8, 2)
+    answer = squeal.map(scene_of("b3"), axes).to_dict()
+    assert [axis["n"] for axis in answer["axes"]] == [3, 2]
+
+
 def test_ratios_of_an_unstable_mode_are_refused_with_the_place():
     # Eq. (21) as printed turns the contact's moment round: rotation falls off without friction
     scene = scene_of("b3", damping=RATIOS, formulation=Formulation(delta_moment="-"))
