@@ -50,6 +50,8 @@ cite pipe.yaml | pipe.yaml
 cite nested.json | nested.json
 simulate b3.yaml | B3
 simulate b1.yaml --fast | --fast
+eigenvalues b1.yaml --csv | argument --csv: expected one argument
+thresholds b1.yaml --mu-max --json | argument --mu-max: expected one argument
 critical-friction b1.yaml --mu-max 1e-300 | --mu-max 1e-300: 1e-300 is not allowed
 map b1.yaml --first mu:0:1 --second mu:0:1 | --second mu:0:1: must name another parameter
 map pair.yaml --first gap:0:1 --second gap:0:1 | --second gap:0:1: must name another parameter
