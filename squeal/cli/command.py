@@ -260,7 +260,6 @@ class Parser(argparse.ArgumentParser):
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        self.arguments: Sequence[str] = ()  # as they were typed
         self.color = False  # `printed` would show its control characters
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -50:1000:0:2e4 is a value too
         self.register("action", None, Once)
@@ -285,13 +284,8 @@ class Parser(argparse.ArgumentParser):
         add("--json", action="store_true", help="print one JSON object instead")
 
     def error(self, message: str) -> NoReturn:
-        """Refuse arguments. Options are named as typed, unknown ones with what they may mean."""
+        """Refuse arguments, with the option that an unknown one was perhaps meant to be."""
         hint = "see"
-        refused = re.match(r"argument (--[\w-]+): ", message)
-        action = self._option_string_actions.get(refused[1]) if refused else None
-        if isinstance(action, Once):
-            typed = [option for option in action.spellings if option in self.arguments]
-            message = message.replace(action.option_strings[0], ", ".join(typed), 1)
         unknown = re.match(r"unrecognized arguments: --([\w-]+)", message)
         if unknown:
             options: dict[str, str] = {}  # the option to name, by what may be meant
@@ -339,7 +333,6 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
     options to the parser; its function `run` makes the reply from the arguments, which gain the
     Source of a scene as `source`. Raises InputError and what the command raises.
     """
-    parser.arguments = arguments
     given = parser.parse_args(arguments)
     has_scene = "scene" in given
     given_warnings: list[str] = []

@@ -72,7 +72,7 @@ def ways_out(answers: BrakeAnswers) -> list[str]:
 
 def _changes(answers: BrakeAnswers) -> Iterator[_Way]:
     """The best change of one parameter, and the one after which stability is lost last if that is
-    much later."""
+    later by more than 2 % (`BETTER`)."""
     best = answers.remedy
     if best is None:
         return
@@ -82,7 +82,7 @@ def _changes(answers: BrakeAnswers) -> Iterator[_Way]:
         changes.append(latest)
     # small changes stand before separation and damping, large ones behind them; the best one is
     # large only if no small one stops all, so that both are alike
-    size = -1.0 if best.is_small else MOST
+    size = -1.0 if best.is_small else math.inf
     for remedy in changes:
         sentence = remedy.sentence(_meaning(answers, remedy.change.parameter))
         yield _Way(sentence, remedy.leaves_window, size)

@@ -73,17 +73,15 @@ class Remedy(Effect):
         of the free parameter; None where there is none.
     rise : float
         The fastest growth rate with a part of the change, 1/s; 0 where growth falls all the way.
+    is_small : bool
+        Whether the least change is one that is looked at first, before it is rounded up.
     """
 
     computed: Eigenvalues
     change: Change
     with_margin: Change | None = None
     rise: float = 0.0
-
-    @property
-    def is_small(self) -> bool:
-        """Whether the change is one that is looked at first."""
-        return abs(self.change.count) <= MOST_STEPS
+    is_small: bool = True
 
     @property
     def advised(self) -> Change:
@@ -340,6 +338,7 @@ class _Search:
                     change=change,
                     with_margin=confirmed,
                     rise=self._rise(least),
+                    is_small=abs(least.count) <= MOST_STEPS,
                 )
         return None
 
@@ -361,7 +360,8 @@ class _Search:
     def _least_growth(self) -> Sequence[tuple[float, Change]]:
         """For each parameter the least growth rate, 1/s, with a change up or down, and that change.
 
-        The least rate comes first. A change is by 0 steps where no other is better by `BETTER`.
+        The least rate comes first. A larger change is taken only if it is better by `BETTER`; one
+        by 0 steps says that none is.
         Changes that only move growing modes out of the band are passed over.
         """
         best: dict[str, tuple[float, Change]] = {}

@@ -181,8 +181,8 @@ def test_where_others_grow_outside_of_the_band_the_table_says_that_it_speaks_of_
 def test_what_grows_outside_of_the_band_at_the_start_is_not_told_of_each_value():
     """A third row with the damping mu / 2 - 0.1 decays from mu = 0.2 on, the pair grows from 0.75
     on: (4 mu / 3) - 1 = 0."""
-    K = {"1": [[2, -1, 0], [-1, 2, 0], [0, 0, 100]], "mu": np.zeros((3, 3))}
-    K["mu"][0, 1] = 4 / 3
+    friction = [[0.0, 4 / 3, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+    K = {"1": [[2, -1, 0], [-1, 2, 0], [0, 0, 100]], "mu": friction}
     C = {"1": np.diag([0.0, 0.0, -0.1]), "mu": np.diag([0.0, 0.0, 0.5])}
     system = squeal.System(np.eye(3), C, K, parameters={"mu": 1.0})
     report = squeal.report(system, 2.0, (0.05, 0.5))

@@ -143,9 +143,17 @@ def test_a_large_change_is_offered_where_no_small_one_is_enough(both):
 def test_a_margin_beyond_the_small_changes_does_not_deny_the_least_one(trap):
     change = trap.remedy.change
     for least, take in ((20.0, 29.0), (30.0, 40.0)):
-        remedy = replace(trap.remedy, change=change.of(least), with_margin=change.of(take))
+        changes = {"change": change.of(least), "with_margin": change.of(take)}
+        remedy = replace(trap.remedy, **changes, is_small=least <= MOST_STEPS)
         text = remedy.sentence("")
         assert ("No parameter does it with up to 25 %" in text) == (least > 25.0)
+
+
+def test_a_small_change_that_is_confirmed_as_a_large_one_is_not_denied(trap):
+    """The full system is asked for sizes above that of the search, which found 6.03 % here."""
+    change = trap.remedy.change
+    remedy = replace(trap.remedy, change=change.of(27.0), with_margin=change.of(30.0))
+    assert "No parameter does it" not in remedy.sentence("")
 
 
 def test_a_window_that_no_sample_shows_asks_for_a_larger_change():
