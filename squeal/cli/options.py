@@ -8,6 +8,7 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterable
+from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -225,7 +226,10 @@ def add_option(group: argparse._ActionsContainer, names: str, **settings: Any) -
     action = group.add_argument(first, **settings)
     assert isinstance(action, Once)
     action.spellings = [first, *others]
-    group._option_string_actions |= dict.fromkeys(others, action)
+    for name in others:
+        alias = copy(action)
+        alias.option_strings = [name]  # which argparse names where the value lacks
+        group._option_string_actions[name] = alias
 
 
 def as_typed(given: argparse.Namespace, name: str) -> str:
