@@ -363,12 +363,10 @@ def _rows_of_parts(
         if isinstance(found.source, SystemSource):
             return component_rows(found.source.file)
         return {}
-    rows_of_parts = {}
     for name, rows in parts.items():
         if any(not 0 <= row < size for row in rows):
             raise InputError(f"parts: {name}: is not allowed; it must be rows from 0 to {size - 1}")
-        rows_of_parts[name] = sorted({*rows})  # a row that is named twice counts once
-    return rows_of_parts
+    return parts
 
 
 def component_rows(file: SystemFile) -> dict[str, range]:
@@ -549,7 +547,7 @@ class _EnergyOfMode(NamedTuple):
         """The share of a part, which has these rows, in the stored energy and the growth rate."""
         if not self.growths:
             return PartShare(mode, part, energy=None, growth=None, damping=None)
-        index = list(rows)
+        index = sorted({*rows})  # a row that is named twice counts once
         share = float(self.stored[index].sum()) / float(self.stored.sum())
         growth = 0.0
         damping = 0.0
