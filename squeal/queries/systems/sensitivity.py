@@ -119,7 +119,7 @@ def _on_rows_of(system: TermSystem, file: MatrixFile) -> csc_array:
     rows that the system has not.
     """
     if not (system.labels and file.labels):
-        matrix = csc_array(file.matrix)
+        matrix = file.matrix
         if file.open_ended and matrix.shape[0] < system.n:  # a larger one is refused
             matrix.resize((system.n, system.n))
         return matrix
@@ -269,20 +269,26 @@ def threshold_slopes(
         omega = 2 * np.pi * hertz
         frozen = system.replace({system.parameter: value}).frozen(omega)
         changes = derivatives(frozen)
-        by_free_parameter = changes.pop(system.parameter)
+        del changes[system.parameter]
         null = singular_at(scaled, value, 1j * omega)
-        at_held_frequency = crossing_slopes(null, frozen.at(), by_free_parameter, changes)
-        slopes.append(_crossing_at_own_frequency(system, at_held_frequency))
+        slopes.append(_slopes_of_crossing(system, null, frozen, changes))
     return slopes
 
 
-def _crossing_at_own_frequency(
-    system: TermSystem, slopes: Mapping[str, tuple[float, float]]
+def _slopes_of_crossing(
+    system: TermSystem, null: Singular, frozen: TermSystem, changes: dict[str, MCK]
 ) -> dict[str, Array]:
-    """`at_own_frequency` of a crossing: the derivatives (2,) of its value and of its frequency, Hz,
-    from those of `crossing_slopes`."""
-    pairs = {name: np.array(pair) for name, pair in slopes.items()}
-    return at_own_frequency(system, pairs, lambda pair: 2 * np.pi * pair[1])
+    """By change of the matrices the derivatives (2,) of the value and the frequency of a crossing.
+
+    frozen: the system at the crossing. Where matrices follow its frequency, the changes by that are
+    among `changes`.
+    """
+    by_free_parameter = frozen.derivative(system.parameter)
+    at_held_frequency = {}
+    for name, pair in crossing_slopes(null, frozen.at(), by_free_parameter, changes).items():
+        at_held_frequency[name] = np.array(pair)
+    # pair[1] is the derivative of the frequency in Hz
+    return at_own_frequency(system, at_held_frequency, lambda pair: 2 * np.pi * pair[1])
 
 
 def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresholds:
@@ -367,14 +373,12 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     x = null.right[:, None]
     y = null.left[:, None]
     dK = r * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
-    changes = {name: frozen.derivative(name) for name in system.follows}
-    changes |= {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
-    by_free_parameter = frozen.derivative(system.parameter)
-    at_held_frequency = crossing_slopes(null, frozen.at(), by_free_parameter, changes)
-    slopes = _crossing_at_own_frequency(system, at_held_frequency)
-    shift_by_real, _ = slopes["real"]  # the second is the derivative of the frequency
-    shift_by_imaginary, _ = slopes["imaginary"]
-    return math.hypot(shift_by_real, shift_by_imaginary)
+    changes: dict[str, MCK] = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
+    for name in system.follows:
+        changes[name] = frozen.derivative(name)
+    slopes = _slopes_of_crossing(system, null, frozen, changes)
+    # the first derivative is that of the value
+    return math.hypot(slopes["real"][0], slopes["imaginary"][0])
 
 
 def _open_residual(
