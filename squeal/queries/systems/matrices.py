@@ -73,8 +73,9 @@ def system_checks(system: TermSystem) -> dict[str, str]:
 def matrix_list(file: SystemFile) -> list[JsonObject]:
     """A row for each matrix of a system file, as the JSON object holds it.
 
-    It has the part (M, C or K) that the matrix belongs to, its file and how that was read, factor,
-    size, symmetry, and the fingerprint of its entries.
+    It has the key of its part: M, C, K or K4; of an assembly behind the component's name, such as
+    disc.M. Then its file and how that was read, factor, size, symmetry, and the fingerprint of its
+    entries.
     """
     rows = []
     for origin in file.origins:

@@ -111,8 +111,9 @@ def system_thresholds(
 ) -> SystemThresholds:
     """Locate every threshold of a system over its free parameter p.
 
-    All roots are followed of a small system, and of a band of up to 40 rows with a regular M. Other
-    thresholds are searched on a reduced system and located on the full one. Growing roots are then
+    All roots are followed of a small system without a band or region; with one, only of up to
+    `SMALL_ROWS` rows and a regular M. Other thresholds are searched on a reduced system and located
+    on the full one. Growing roots are then
     counted on the full system, at one value between each two neighbouring crossings. `certified`
     says whether the counts, and the roots at all computed values, agree with the list. This does
     not prove that no interval of instability lies between two such values.
