@@ -143,7 +143,8 @@ def system_thresholds(
     Raises
     ------
     InputError
-        For an empty range, and for a large system or complex matrices without a band or region.
+        For an empty range, for a large system or complex matrices without a band or region, and for
+        a region that holds no part of the imaginary axis.
     """
     selection = selection or EigenvalueSelection()
     if not system.real and selection.rectangle is None:
