@@ -87,7 +87,7 @@ class Findings(BrakeAnswers):
         if len(group) == 2:
             start = max(self.paths.at[member][0] for member in group)  # where both paths exist
             hertz = []
-            for member in group:
+            for member in sorted(group):  # as `group_name` names them
                 root = self.paths.root_at(member, start) or 0j
                 hertz.append(number(root.imag / math.tau, 4))
             text = f"{group_name(group)} ({' and '.join(hertz)} Hz at {self.at(start)}) "

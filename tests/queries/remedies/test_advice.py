@@ -113,6 +113,20 @@ def test_every_growing_mode_has_its_cause_in_a_line(both):
     assert "1 more mode grows: mode " in both.fault
 
 
+def test_the_cause_gives_each_mode_its_own_frequency():
+    """Of a band from 110 Hz on mode 1 begins at 130 Hz; mode 2 enters from 100 Hz with friction."""
+    K = np.diag(np.square(TWO_PI * np.array([100.0, 130.0])))
+    friction = np.array([[225_000.0, 40_000.0], [-40_000.0, 0.0]])
+    C = 2.0 * np.eye(2)
+    system = squeal.System(np.eye(2), C, {"1": K, "mu": friction}, parameters={"mu": 1.0})
+    cause = squeal.report(system, band=(110.0, 200.0)).opening["Cause"]
+    named = re.match(r"Modes 1 and 2 \(([\d.]+) and ([\d.]+) Hz at mu = ([\d.]+)\) ", cause)
+    first, second, mu = map(float, named.groups())
+    roots = roots_of(np.eye(2), C, K + mu * friction)
+    lower, upper = np.unique(np.abs(roots.imag)) / TWO_PI
+    assert [first, second] == pytest.approx([upper, lower], abs=0.05)
+
+
 def test_of_many_growing_modes_the_fault_counts_all_and_the_advice_covers_them():
     """Five pairs that flutter from 3/4 on: what is advised for all of them stops all, by numpy."""
     ratios = np.diag([1.0, 4.0, 9.0, 16.0, 25.0])
