@@ -13,6 +13,7 @@ from squeal import __version__
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, number
+from squeal.linear import UnstableMode
 from squeal.linear.shaft import name_of_kind
 from squeal.reports.findings import Findings
 from squeal.results.columns import with_unit
@@ -129,11 +130,17 @@ def _chart(report: Findings) -> Sweep:
     return report.chart.named(names)
 
 
-def _growing(report: Findings) -> list[int]:
-    """Numbers of the modes that grow, the fastest first, as many as the tables show."""
-    spectrum = report.eigenvalues
-    numbers = [spectrum.mode_of(mode) for mode in spectrum.unstable]
-    return [mode for mode in numbers if mode is not None][:COLUMNS]
+def _growing(report: Findings) -> dict[int, UnstableMode]:
+    """The modes that grow by their numbers, the fastest first, as many as the tables show.
+
+    A mode that does not oscillate may have two growing roots: the faster one is taken.
+    """
+    fastest: dict[int, UnstableMode] = {}
+    for mode in report.eigenvalues.unstable:
+        number_of_mode = report.eigenvalues.mode_of(mode)
+        if number_of_mode is not None and len(fastest) < COLUMNS:
+            fastest.setdefault(number_of_mode, mode)
+    return fastest
 
 
 def _feeds(report: Findings) -> Table:
@@ -179,10 +186,9 @@ def _moves(report: Findings) -> Table:
     spectrum = report.eigenvalues
     onset = report.onset
     effects: dict[str, dict[str, float]] = {}  # by the head of a column, then by parameter
-    for mode in spectrum.unstable[:COLUMNS]:
+    for number_of_mode, mode in _growing(report).items():
         nearest = int(abs(spectrum.values - mode.root).argmin())
-        head = f"mode {spectrum.mode_of(mode)}, 1/s"
-        effects[head] = _effects(report.sensitivity, nearest)
+        effects[f"mode {number_of_mode}, 1/s"] = _effects(report.sensitivity, nearest)
     if onset is not None and onset.slopes:
         unit = unit_of(report.thresholds.source)
         kind = name_of_kind(onset.kind, unit)
@@ -283,9 +289,8 @@ def _shapes(report: Findings) -> Iterator[_Figure]:
     coordinates = getattr(report.subject, "coordinates", None)
     is_pad = isinstance(report.subject, Scene)
     if is_pad or (coordinates is not None and len(coordinates.places) >= DRAWN_NODES):
-        growing = _growing(report)
-        if growing:
-            yield _figure(report.eigenvalues, report.name, shape=growing[0])
+        for number_of_mode in list(_growing(report))[:1]:  # the fastest, if any grows
+            yield _figure(report.eigenvalues, report.name, shape=number_of_mode)
 
 
 def _not_answered(report: Findings) -> Iterator[str]:

@@ -318,6 +318,32 @@ def test_a_parameter_that_helps_growth_and_harms_the_onset_has_both_signs_in_its
     assert growth_of(1.1 + step, 1.08 - step, onset) > 1e-9
 
 
+def test_of_a_mode_with_two_growing_roots_the_page_shows_the_faster():
+    """x'' - 5 x' + (4 k + mu / 100) x = 0 has two real roots s, with ds/dk = -4 / (2 s - 5)."""
+    K = {"k": [[4.0]], "mu": [[0.01]]}
+    report = squeal.report(squeal.System([[1.0]], [[-5.0]], K, parameters={"mu": 1.0, "k": 1.0}))
+    roots = [mode.root.real for mode in report.eigenvalues.unstable]
+    faster, slower = np.polynomial.Polynomial([4.01, -5.0, 1.0]).roots()[::-1]
+    assert roots == pytest.approx([faster, slower])
+    effects = {row["parameter"]: row["mode 1, 1/s"] for row in html._moves(report).records()}
+    assert effects["k"] == pytest.approx(0.01 * -4.0 / (2.0 * faster - 5.0))
+    assert effects["mu"] == pytest.approx(0.01 * -0.01 / (2.0 * faster - 5.0))
+
+
+def test_the_tables_of_the_page_show_three_modes_though_a_faster_one_has_two_growing_roots():
+    """x'' - 5 x' + 4 x = 0 beside two rows that vibrate and grow more slowly."""
+    K = {"k": np.diag([4.0, 100.0, 900.0]), "mu": 0.01 * np.eye(3)}
+    C = np.diag([-5.0, -0.2, -0.1])
+    report = squeal.report(squeal.System(np.eye(3), C, K, parameters={"mu": 1.0, "k": 1.0}))
+    assert len(report.eigenvalues.unstable) == 4
+    modes = [row["mode"] for row in report.eigenvalues.growing.records()]
+    numbers = list(dict.fromkeys(modes))
+    assert len(numbers) == 3
+    heads = [column.head for column in html._moves(report).columns]
+    assert heads[2:5] == [f"mode {number}, 1/s" for number in numbers]
+    assert len({column.head for column in html._feeds(report).columns}) == 4
+
+
 def test_effects_that_are_noise_are_left_out():
     """The second pair has no part in the first loss, and d multiplies nothing but it."""
     K = {"1": np.kron(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]]), "d": np.diag([0, 0, 9.0, 9.0])}
