@@ -10,6 +10,7 @@ from squeal.io.scene import Scene
 from squeal.model.pad import Pad
 from squeal.queries.pads.equilibrium import analyse, branch_system
 from squeal.queries.pads.stack import PadStack
+from squeal.queries.systems.all_roots import motion_rates
 from squeal.queries.systems.roots import system_roots
 from squeal.queries.thresholds import critical_friction
 from squeal.results.sources import EigenvalueSelection
@@ -112,3 +113,16 @@ def test_a_stiff_spring_hides_what_it_is_coupled_with(slow, modes):
     joined = apart + np.diag([1e17, 1.0], 1) + np.diag([1e17, 1.0], -1)
     with pytest.raises(ComputationError, match=HIDDEN):
         system_roots(system_of(np.eye(3), None, joined), EigenvalueSelection(modes=modes))
+
+
+@pytest.mark.parametrize(
+    ("K", "damping"),
+    [([[1e15, 1.0], [1.0, 2.0]], 0.0), ([[1e18, 1e9], [1e9, 2.0]], 0.0), (np.eye(2), 1e20)],
+)
+def test_the_slowest_and_the_fastest_motion_are_known_however_far_apart_they_are(K, damping):
+    """Stiffness or damping of the first row is decades above that of the second."""
+    C = np.diag([damping, 0.0]) + 0.5
+    exact = [abs(root) for root in exact_damped(np.eye(2), C if damping else 0.0 * C, np.array(K))]
+    rates = motion_rates(system_of(np.eye(2), C if damping else None, np.array(K)), {})
+    assert rates.slowest == pytest.approx(float(min(exact)))
+    assert rates.fastest == pytest.approx(float(max(exact)))

@@ -94,6 +94,7 @@ def motion_rates(system: TermSystem, changes: Parameters) -> MotionRates:
     pattern = (M != 0.0) | (K != 0.0)
     if C is not None:
         pattern |= C != 0.0
+    fastest = 0.0
     moving: list[float] = []
     oscillating: list[float] = []
     for rows in components(reaches(pattern)):
@@ -102,8 +103,10 @@ def motion_rates(system: TermSystem, changes: Parameters) -> MotionRates:
         if not M[block].any() and (damping is None or not damping.any()):
             continue  # springs alone have no roots
         roots = dense_values(M[block], damping, K[block])
+        fastest = float(np.abs(roots).max(initial=fastest))
         if not roots.all() and is_regular(K[block]):
-            # rounding of fast motions hides slow ones; the reversed problem has roots 1 / lambda
+            # rounding of fast motions hides slow ones; the reversed problem has roots 1 / lambda,
+            # of which rounding hides the fast ones
             inverses = dense_values(K[block], damping, M[block])
             roots = 1.0 / inverses[inverses != 0.0]
         sizes = np.abs(roots)
@@ -112,4 +115,4 @@ def motion_rates(system: TermSystem, changes: Parameters) -> MotionRates:
         oscillating += sizes[oscillates].tolist()
         moving += sizes[sizes > 0.0].tolist()
     slowest = min(moving, default=0.0)
-    return MotionRates(slowest, min(oscillating, default=slowest), max(moving, default=0.0))
+    return MotionRates(slowest, min(oscillating, default=slowest), fastest)
