@@ -269,16 +269,19 @@ class Brake:
 
         Those of a pad are `options`. Of a system the search begins where that without the change
         began. The band is left out if all roots are known and none outside of the band grows
-        anywhere in the range: then a mode that a change moves out of the band, and lets grow there,
-        is seen. The thresholds of complex matrices are searched in bands alone.
+        anywhere in the range, which holds the present value: then a mode that a change moves out of
+        the band, and lets grow there, is seen. The thresholds of complex matrices are searched in
+        bands alone.
         """
-        source = self.losses.source
+        losses = self.losses
+        source = losses.source
         if not isinstance(source, SystemSource):
             return self.options
-        of_range = {**self.options, "low": self.losses.low}
-        nothing_crosses = self.losses.details.get("crossings_outside") == 0
+        of_range = {**self.options, "low": losses.low}
+        is_in_range = losses.low <= self.present <= losses.high
+        nothing_crosses = losses.details.get("crossings_outside") == 0
         nothing_grows = not self.spectrum.details.get("growing_outside")
-        if source.file.system.real and nothing_crosses and nothing_grows:
+        if source.file.system.real and is_in_range and nothing_crosses and nothing_grows:
             return {**of_range, "band": None}
         return of_range
 

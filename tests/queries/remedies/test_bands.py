@@ -189,3 +189,26 @@ def test_what_grows_outside_of_the_band_at_the_start_is_not_told_of_each_value()
     words = "for 0.05 to 0.5 Hz alone: something outside grows at mu = 0 already"
     assert report.bound.reservations == [words]
     assert f"eep mu below 0.75 ({words})" in report.advice
+
+
+@pytest.mark.parametrize(("present", "high"), [(1.0, 0.4), (-1.0, 2.0)])
+def test_a_remedy_speaks_of_the_band_though_the_present_value_lies_beyond_the_range(present, high):
+    """At the present value the pair at 100 and 110 Hz flutters and a mode at 500 Hz, outside of the
+    band, is damped: that grows in all of the range but above 1/2, where the range holds that."""
+    squares = np.square(TWO_PI * np.array([100.0, 110.0, 500.0]))
+    raised = np.diag([0.0, (TWO_PI * 90.0) ** 2, 0.0])
+    friction = np.zeros((3, 3))
+    friction[:2, :2] = 6e4 * SKEW
+    K = {"1": np.diag(squares) - raised, "k": raised, "mu": friction}
+    C = {"1": np.diag([2.0, 2.0, -20.0]), "mu": np.diag([0.0, 0.0, 40.0 * present])}
+    system = squeal.System(np.eye(3), C, K, parameters={"mu": present, "k": 1.0})
+    report = squeal.report(system, band=(50.0, 200.0), high=high)
+    remedy = report.remedy
+    assert remedy.loss.extent == "50 to 200 Hz"
+    assert remedy.limit > 1.0
+    for mu in np.linspace(0.0, 0.999 * min(remedy.limit, remedy.loss.high), 9):
+        stiff = K["1"] + remedy.advised.after * raised + mu * friction
+        roots = roots_of(np.eye(3), C["1"] + mu * C["mu"], stiff)
+        in_band = np.abs(roots.imag) < TWO_PI * 200.0
+        assert roots[in_band].real.max() < 0.0
+        assert (roots[~in_band].real.max() > 0.0) == (40.0 * present * mu < 20.0)
