@@ -178,18 +178,20 @@ class ComputedRoots(NamedTuple):
 def roots_of_reduction(reduction: Reduction, changes: Parameters) -> ComputedRoots:
     """Compute the roots of a reduced system at some parameters."""
     corrected = None
+    errors: Array | float = 0.0
     if isinstance(reduction, FirstLook):
         estimate = reduction.estimate(changes)
         values = estimate.values
         residuals = estimate.residuals
-        rounding = np.maximum(estimate.errors, rounding_of(reduction.scaled.system, values))
+        errors = estimate.errors
         with_vectors = estimate.projected
         spurious = estimate.spurious
         corrected = estimate.corrected
     else:
         with_vectors, residuals, spurious = reduction.modes(changes)
         values = with_vectors.values
-        rounding = rounding_of(reduction.system, values)
+    # rounding of the full matrices, or what a first look leaves out
+    rounding = np.maximum(errors, rounding_of(reduction.scaled.system, values))
     verdict = verdict_of_some(values, rounding)
     return ComputedRoots(values, residuals, rounding, with_vectors, verdict, spurious, corrected)
 
