@@ -139,8 +139,9 @@ class RealModes:
 
         First come the two at which the modes of the chart that meet begin, without a chart the two
         that take part most. Then come the pairs of the three that take part most. A mode that takes
-        part alone is no pair. Empty if the growing mode does not vibrate. `forces` and `shapes` of
-        this object grow by those of the modes.
+        part alone is no pair. Choices that hold a free motion are left out. Empty if the growing
+        mode does not vibrate, or if each choice holds a free motion. `forces` and `shapes` of this
+        object grow by those of the modes, also of choices that are left out.
 
         starts: angular frequencies at which the modes of the chart begin, rad/s; empty without.
         """
@@ -157,7 +158,7 @@ class RealModes:
         if not np.allclose(omega[list(chart)], starts, rtol=SAME_START):
             chart = ()
         # the first choice comes from the chart, or is the second one too: so the k-th choices of
-        # all growing modes are of one kind
+        # all growing modes are of one kind, unless one before them is left out
         choices.insert(0, chart if len(chart) == 2 else choices[0])
         meetings = []
         for choice in choices:

@@ -266,8 +266,12 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     """The growing modes among the roots, the fastest first, of a small system with their onsets.
 
     The onset is the value of the parameter from which on the mode grows, read on its eigenvalue
-    path from zero. It is None where no paths are computed: for many rows, complex matrices and a
-    parameter that is not above zero; and where no path ends at the mode.
+    path from zero. It is None
+
+    - where no paths are computed: for many rows, complex matrices, a parameter that is not above
+      zero, and matrices that have no value on the way;
+    - where no path ends at the mode;
+    - where the mode grows from the start of its path on.
     """
     value = system.parameters[system.parameter]
     unstable = growing(roots.computed)
