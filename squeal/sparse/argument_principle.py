@@ -23,8 +23,7 @@ from squeal.sparse.quadratic import Bools, ComplexArray, Indices, ScaledProblem,
 
 DAMPED_SHARE = 0.25  # a band holds roots whose real part is at most this share of its upper end
 SURROUNDINGS = 0.1  # of a region's size: how far around it roots are followed, at least
-DRIFT = 0.03  # of the highest frequency: ... or so far up and down
-DECAY = 0.1  # of the highest frequency: ... or so far to the decaying side
+DRIFT = 0.1  # of the highest frequency: ... or so far
 NODE_COUNTS = (8, 16, 32)  # on a circle, until they resolve the quotient
 SINGLE_ROWS = 150_000  # of more, rounding of single precision hides what few determinants show
 NEGATIVE_POWERS = (0.035, 0.02)  # of an analytic function: largest coefficients of z^-2 and z^-1
@@ -90,16 +89,17 @@ class Rectangle:
     def surroundings(self) -> Rectangle:
         """The region and what lies around it, from where a root may pass it between two values of a
         parameter: a tenth of its size more on each side, or a share of its highest frequency."""
-        highest = max(abs(self.low_imag), abs(self.high_imag))
-        shift = max(SURROUNDINGS * self.size.imag, DRIFT * highest)
-        low_imag = self.low_imag - shift
+        drift = DRIFT * max(abs(self.low_imag), abs(self.high_imag))
+        across = max(SURROUNDINGS * self.size.real, drift)
+        along = max(SURROUNDINGS * self.size.imag, drift)
+        low_imag = self.low_imag - along
         if self.low_imag > 0.0:  # the lower half of the plane and real roots stay outside
             low_imag = max(low_imag, self.low_imag / 2)
         return Rectangle(
-            low_real=self.low_real - max(SURROUNDINGS * self.size.real, DECAY * highest),
-            high_real=self.high_real,
+            low_real=self.low_real - across,
+            high_real=self.high_real + across,
             low_imag=low_imag,
-            high_imag=self.high_imag + shift,
+            high_imag=self.high_imag + along,
         )
 
     def widened(self, share: float) -> Rectangle:

@@ -34,6 +34,7 @@ from squeal.linear.steps import meeting_at, near_coalescences
 from squeal.linear.system import System
 from squeal.linear.verdicts import assumed_rounding
 from squeal.numerics.threads import side_by_side
+from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dispersive import NEAR_INTERVALS, DispersiveReduction, frequencies
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import (
@@ -45,7 +46,7 @@ from squeal.sparse.quadratic import (
     ScaledSystem,
     multiply,
 )
-from squeal.sparse.reduced_basis import ESTIMATED_MARGIN, ReducedBasis
+from squeal.sparse.reduced_basis import COARSE_ERROR, ReducedBasis
 from squeal.sparse.reduction import Reduction
 
 # When a match of roots of the reduced system is in doubt, and how many steps it may cost
@@ -419,6 +420,12 @@ def _growth_beyond_rounding(z: NDArray) -> NDArray:
     return np.where(np.abs(z.real) > assumed_rounding(z), z.real, 0)
 
 
+def _may_lie_in(region: Rectangle, omega: float) -> bool:
+    """Whether a crossing lies in a region whose frequency is known as well as a basis gives it."""
+    error = COARSE_ERROR * omega
+    return region.low_imag - error <= omega <= region.high_imag + error
+
+
 class _ReducedCrossing(NamedTuple):
     """A crossing of the reduced system, frozen at a frequency if it depends on it."""
 
@@ -487,11 +494,10 @@ def crossings_along(
         If the region contains no part of the upper imaginary axis.
     """
     region = reduction.region
-    # of a guess a little beyond the border the crossing may lie inside
-    margin = ESTIMATED_MARGIN * region.size.imag
     guesses = [_ReducedCrossing(guess, is_near_part=True) for guess in zero_roots]
     for reduced in _crossings_of_reduced(reduction, name, values, held):
-        if -margin <= reduced.guess.omega - region.low_imag <= region.size.imag + margin:
+        # with `held` all real roots that pass zero are among the zero_roots
+        if held is None or reduced.guess.omega:
             guesses.append(reduced)
     full = reduction.scaled
     real = held or full  # on which crossings by real roots are located
@@ -507,7 +513,7 @@ def crossings_along(
     unconfirmed: list[str] = []
     for reduced, crossing in zip(guesses, side_by_side(locate, guesses), strict=True):
         if isinstance(crossing, ComputationError):
-            if reduced.is_near_part:
+            if reduced.is_near_part and _may_lie_in(region, reduced.guess.omega):
                 unconfirmed.append(str(crossing))
             continue
         is_inside = region.low_imag <= crossing.omega <= region.high_imag

@@ -70,7 +70,7 @@ GOOD_ERROR = 1e-7  # of |lambda|: roots with smaller errors add no corrections
 MOST_ROUNDS = 5  # of corrections at most
 DROPPED_PART = 1e-2  # of unit vectors: what they add less is left out
 MOST_TRAINED = 13  # values at most that few modes are made for, without those that are added
-SHORTEST_INTERVAL = 1e-3  # of the range of a parameter: where a root may jump it is not divided
+SHORTEST_INTERVAL = 4e-3  # of the range of a parameter: where a root may jump it is not divided
 DECAYED = 2.0  # times its error: a root that decays by more is not corrected
 
 
@@ -347,16 +347,23 @@ class FirstLook(Reduction):
 
     def _may_jump(self, before: ComplexArray, after: ComplexArray) -> bool:
         """Whether a root may have passed the region and its surroundings from one list of all roots
-        to the other, from below to above or back."""
+        to the other: up or down, or from decay to growth or back.
+
+        Roots that pass in opposite directions at once are not seen.
+        """
         around = self.region.surroundings
+        upper = (before[before.imag > 0.0], after[after.imag > 0.0])
 
         def rise(is_there: Callable[[ComplexArray], Bools]) -> int:
             """By how many more roots are at a place."""
-            return int(np.sum(is_there(after))) - int(np.sum(is_there(before)))
+            counts = [int(np.sum(is_there(values))) for values in upper]
+            return counts[1] - counts[0]
 
         rise_below = rise(lambda z: z.imag < around.low_imag)
         rise_above = rise(lambda z: z.imag > around.high_imag)
-        return bool(rise_below * rise_above < 0)
+        rise_left = rise(lambda z: z.real < around.low_real)
+        rise_right = rise(lambda z: z.real > around.high_real)
+        return rise_below * rise_above < 0 or rise_left * rise_right < 0
 
     def estimate(self, changes: Parameters) -> EstimatedRoots:
         """The roots of the region with their errors, by few modes where they suffice, otherwise by
