@@ -328,10 +328,9 @@ class FirstLook(Reduction):
         reverse.
         """
         values = list(side_by_side(self._projected_values, self.trained))
-        names = set().union(*self.trained)
-        if len(names) != 1:
+        name, *others = self.trained[0] or [""]
+        if others or any(changes.keys() != {name} for changes in self.trained):
             return values
-        (name,) = names
         shortest = SHORTEST_INTERVAL * (self.trained[-1][name] - self.trained[0][name])
         k = 0
         while k + 1 < len(self.trained):

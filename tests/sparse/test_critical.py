@@ -418,6 +418,7 @@ def passing_mode(drift, onset, rows=401, parameter="mu"):
         (1.0, 0.23, 100.0, 401),
         (0.5, 0.23, 60.0, 900),
         (0.2, 0.7, 20.0, 100),
+        (0.2, 0.7, 0.01, 401),  # its crossing of a basis of modes is further away than that
         (3.0, 0.23, 1.0, 401),  # jumps over the band between any two of the values looked at
     ],
 )
@@ -468,3 +469,56 @@ def test_a_mode_that_passes_the_band_is_in_sweeps_and_maps():
     for value, step in zip(values, sweep.steps, strict=True):
         frequency = 700.0 * np.sqrt(1 + 0.2 * (value - 0.7))
         assert len(step.roots) == (2 if 690.0 < frequency < 710.0 else 1)
+
+
+def test_two_modes_that_swap_sides_of_a_narrow_band_are_found():
+    """One with w^2 (1 + 3 d), d = mu - 0.29, begins to grow at 700 Hz; the other one comes down."""
+    w2 = (2 * np.pi * 700.0) ** 2
+    others = np.linspace(7000.0, 30000.0, 399)
+    K = {
+        "1": diags_array(np.r_[w2 * (1 - 3 * 0.29), w2 * (1 + 3 * 0.29), others**2]),
+        "mu": diags_array(3 * w2 * np.r_[1.0, -1.0, np.zeros(399)]),
+    }
+    C = {
+        "1": diags_array(np.r_[8.8, 8.8, 2e-3 * others]),
+        "mu": diags_array(8.8 / 0.29 * np.r_[-1.0, np.zeros(400)]),
+    }
+    system = squeal.System(eye_array(401, format="csc"), C, K, {"mu": 0.0})
+    answer = squeal.thresholds(system, 0.6, 0.0, band=(699.5, 700.5))
+    (crossing,) = answer.crossings
+    assert crossing.mu == pytest.approx(0.29, rel=1e-9)
+    assert answer.certified
+
+
+def test_a_growth_rate_that_jumps_from_one_side_of_the_region_to_the_other_is_found():
+    """C = 15 w (0.29 - mu): from a decay to a growth of more than a tenth of w within a step."""
+    w = 2 * np.pi * 700.0
+    others = np.linspace(7000.0, 30000.0, 400)
+    one = np.eye(401)[0]
+    C = {
+        "1": diags_array(np.r_[15 * w * 0.29, 2e-3 * others]),
+        "mu": diags_array(-15 * w * one),
+    }
+    K = diags_array(np.r_[w, others] ** 2)
+    system = squeal.System(eye_array(401, format="csc"), C, K, {"mu": 0.0})
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(600.0, 800.0))
+    assert [crossing.mu for crossing in answer.crossings] == pytest.approx([0.29], rel=1e-9)
+
+
+def test_growth_that_a_real_crossing_does_not_explain_is_not_certified():
+    """A free motion with a slight damper beside one without: a pair of 4e-5 Hz begins to grow,
+    turns real, and one of the two ceases to grow where det K of the third row changes its sign."""
+    fast = np.linspace(300.0, 900.0, 398)
+
+    def beside_fast(block, diagonal):
+        return block_diag([np.array(block), np.diag(diagonal)], format="csc")
+
+    M = beside_fast([[1.24, 0.13, -0.02], [0.13, 1.09, -0.02], [-0.02, -0.02, 1.01]], np.ones(398))
+    C = beside_fast(np.diag([2.3e-5, 0.0, 0.5]), 0.02 * fast)
+    K0 = beside_fast(np.diag([0.0, 0.0, 2.24]), fast**2)
+    K1 = beside_fast([[0.0, 0.0, 0.0], [0.0, 0.0, 2.6], [0.0, 0.0, -1.69]], 0.0 * fast)
+    system = squeal.System(M, C, {"1": K0, "mu": K1}, {"mu": 0.0})
+    answer = squeal.thresholds(system, 3.35, 0.0, band=(0.0, 2.0))
+    begins = [crossing.mu for crossing in answer.crossings if crossing.direction == "up"]
+    # by 40 digits growth begins between 1.36 and 1.3639
+    assert not answer.certified or begins == pytest.approx([1.362], abs=0.002)

@@ -199,9 +199,11 @@ def _unexplained_at_clusters(
         least_above, most_above = continuation.at(above).count_bounds
         rise = sum(event.rise for event in cluster)
         at_cluster = f"{continuation.name} = {cluster[0].value:.6g}"
-        # more roots grow above than grew below and began at the cluster. Excepted is a cluster in
-        # which a real root crosses: a growing root may have come there from above the band
-        if most_below + rise < least_above and all(event.omega > 0.0 for event in cluster):
+        # more roots grow above than grew below and began at the cluster. A real root that ceases to
+        # grow there may have come from beyond the region, where it grew faster: it is not among
+        # those below
+        ceasing = sum(event.omega == 0.0 and event.rise < 0 for event in cluster)
+        if most_below + rise + ceasing < least_above:
             unexplained.append(
                 f"what grows beside {at_cluster} does not follow from what crosses there; a "
                 f"growing mode may have entered {band}"
