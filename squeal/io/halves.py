@@ -157,7 +157,7 @@ def complete(
         return matrix, False
     sides = sides_of(file.matrix, file.labels)
     if declared and sides.paired and abs(matrix - matrix.T).max() > 0.0:
-        raise InputError("is not symmetric; symmetric: true is not allowed")
+        raise InputError("is not symmetric, although the file or `symmetric: true` says so")
     if sides.paired or not sides.one_sided:
         return matrix, False
     if declared:

@@ -400,6 +400,8 @@ def _finite_roots(pencil: Pencil) -> tuple[ComplexArray, int]:
         sizes = np.sqrt(singular[kept])
         relative = bounds[kept] / singular[kept]
         T = sizes[:, None] * (right[kept] @ left[:, kept]) * sizes
+        # entry i, j is sqrt(s_i s_j) v_i' u_j with |v_i' u_j| <= 1: the relative errors of s_i and
+        # s_j, and of their vectors, move it by about their sum at most
         errors = sizes[:, None] * (relative[:, None] + relative) * sizes
         powers += 1
     roots = np.asarray(sigma + 1.0 / np.linalg.eigvals(T), dtype=complex)

@@ -53,11 +53,12 @@ def guesses_of(
     on_before = step.before.on_line
     on_after = step.after.on_line[step.order]
     passes_zero = _may_pass_zero(step)
-    # a root on the line at one end alone has met another one, unless the range ends there, or it is
-    # a real root that passes zero, perhaps with a twin
+    # without damping a root leaves the line only where it meets another one; with damping one that
+    # is on the line at one end alone may just be crossing there. Neither is certain, unless the
+    # range ends there, or it is a real root that passes zero, perhaps with a twin
     rests_at_range_end = (starts_range & on_before) | (ends_range & on_after)
     meets_none = (on_before == on_after) | passes_zero | rests_at_range_end
-    # it is certain which root continues it, and that it has met no other one
+    # it is certain which root continues it, and that it meets no other one
     is_certain = step.matched & meets_none
     stays_on_line = on_before & on_after & ~passes_zero
     crosses_nothing = is_certain & (_is_clear_of_line(step, passes_zero) | stays_on_line)
@@ -78,7 +79,7 @@ def guesses_of(
     if doubtful:
         return guesses, DIVISION_SHARE
     may_turn = is_certain
-    # the cubics are of Re z: without damping only real roots cross the line where it is zero
+    # the cubics are of Re z, which without damping is zero at a threshold of a real root only
     if problem is not DAMPED:
         may_turn = is_certain & _stays_real(step)
     return guesses, _doubtful_turn(step, may_turn)

@@ -58,7 +58,7 @@ def short_floats(value: object) -> np.dtype[np.floating] | None:
     """The type of floats, shorter than doubles, that the entries of a matrix were rounded to.
 
     None of other numbers, and where every entry has at most half of the bits that the type holds,
-    such as whole numbers: these were not rounded.
+    such as small whole numbers: these were not rounded.
 
     >>> short_floats(np.array([[0.1]], dtype=np.float32))
     dtype('float32')

@@ -39,7 +39,8 @@ def real_modes(
     Raises
     ------
     InputError
-        If M is not positive semidefinite, or K does not hold the rows without mass.
+        If a dense M is not positive semidefinite, which is not checked of a sparse one, or K does
+        not hold the rows without mass.
     """
     from scipy.sparse.linalg import ArpackError
 

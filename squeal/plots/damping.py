@@ -339,7 +339,8 @@ def _title_of_group(
     elif onset is not None:
         begins = f"from {onset:.4g}{speed_words(onset, unit)}"
     else:  # from the first value of its path
-        begins = f"from {paths.at[_fastest(paths, group)][0]:.4g}"
+        first = float(paths.at[_fastest(paths, group)][0])
+        begins = f"from {first:.4g}{speed_words(first, unit)}"
     if len(group) == 1:
         return f"mode {group[0]} grows alone, {begins} on"
     meeting = paths.meeting(group)

@@ -11,7 +11,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, copied_attributes, number
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
-from squeal.queries.options import Band, Progress, upper_end
+from squeal.queries.options import Band, Progress, refuse_options, upper_end
 from squeal.queries.parameter_space import (
     NO_PAD,
     ROUNDING,
@@ -200,7 +200,8 @@ def advise(
     Raises
     ------
     InputError
-        For a name that is no parameter.
+        For a name that is no parameter, a change that is none of the allowed, or an option that
+        scenes do not take.
     ComputationError
         If the pad as it is has no equilibrium without friction, or several modes of a system cross
         the imaginary axis at once.
@@ -220,6 +221,8 @@ def advise(
     notes: list[str] = []
     if isinstance(unchanged, TermSystem):
         space, notes = _without_seat_parameters(space, subject)
+    else:
+        refuse_options("a scene", band=band, memory=memory)
     steps = _steps(space, tolerances or {})
     # two for each parameter: its lowered value and then its raised one
     changed_values = []
@@ -231,8 +234,6 @@ def advise(
         answer = thresholds(unchanged, high, band=band, memory=memory, progress=progress)
         nominal = first_loss(answer, high)
         outcomes = _first_order_outcomes(unchanged, answer, nominal, changed_values, high)
-    elif band is not None:
-        raise Place("advise").refuse("band: is not allowed with a scene; a system takes it")
     else:
         nominal = first_loss(thresholds(unchanged, high), high)
         outcomes = space.outcomes(changed_values, high)

@@ -34,12 +34,12 @@ def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:
     """
     at = Place(str(path))
     text = ""
+    if path.exists():
+        text = read_content(path, at).decode(errors="replace")
     chunks = {}
     # whatever shows that this is no journal of this question raises ValueError or TypeError, here
     # or in a function that is called: one refusal below serves all
     try:
-        if path.exists():
-            text = read_content(path, at).decode()
         if not text:  # a new file, or one that no line was written to
             text = f"{question}\n"
         head, *lines = text.split("\n")

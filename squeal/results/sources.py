@@ -173,7 +173,8 @@ def unit_of(source: Source | None) -> str:
 def digest_of(subject: Scene | System, *options: object) -> str:
     """A digest of what stability depends on in a subject, and of options.
 
-    Equal numbers have equal digests, whatever arrays or files hold them.
+    Equal numbers of a subject have equal digests, whatever arrays or files hold them; 0 and -0, and
+    options 1 and 1.0, differ.
     """
     from squeal.io.matrices import fingerprint
 

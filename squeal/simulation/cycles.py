@@ -330,7 +330,7 @@ class Shooting:
         Parameters
         ----------
         first : Cycle
-            Where it begins; it is not among the cycles returned.
+            Where it begins; it is among the cycles returned only at the end of a closed branch.
         towards : float
             Sense in which the value goes at first, +1 or -1.
         ends : (float, float)

@@ -280,6 +280,8 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
     assert scatter(system, EVEN, **asked, journal=journal).to_records() == whole.to_records()
     with pytest.raises(InputError, match="no samples of this question"):
         scatter(system, EVEN, **asked, rng=2, journal=journal)
+    with pytest.raises(InputError, match="plain file"):
+        scatter(system, EVEN, **asked, journal=tmp_path)
     broken = journal.read_text().splitlines()
     broken[-1] = broken[-1][: len(broken[-1]) // 2]
     journal.write_text("\n".join(broken) + "\n")

@@ -43,12 +43,16 @@ def _colours_of(row: After) -> tuple[str, str]:
 
 def _tiles(axes: Axes, shown: dict[str, tuple[After, ...]], ratios: tuple[float, ...]) -> None:
     """A row per motion, a column per damping ratio, with the share of starts that lead to sustained
-    loss of contact."""
-    for y, rows in enumerate(shown.values()):
-        for x, row in enumerate(rows):
-            colour, ink = _colours_of(row)
+    loss of contact.
+
+    shown: by case, such as "b2-d", the outcomes at each of the `ratios` (1 is critical), from the
+    top.
+    """
+    for y, outcomes in enumerate(shown.values()):
+        for x, after in enumerate(outcomes):
+            colour, ink = _colours_of(after)
             axes.add_patch(Rectangle((x, y), 1, 1, facecolor=colour, edgecolor="w", lw=1.5))
-            share = f"{100.0 * row.lasting / row.starts:.0f} %" if row.lasting else ""
+            share = f"{100.0 * after.lasting / after.starts:.0f} %" if after.lasting else ""
             axes.text(x + 0.5, y + 0.5, share, ha="center", va="center", color=ink)
     axes.set_xlim(0, len(ratios))
     axes.set_ylim(len(shown), 0)

@@ -242,7 +242,7 @@ def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
     airborne = case.shares.get(NONE, 0.0)
     peaks = force_peaks(case, line)
     position = case.second if line else None
-    if np.isnan(case.first.high):  # off the surface all the time
+    if np.isnan(case.first.high):  # no contact; the force of an edge that is off alone is 0
         lost = 1.0
         airborne = 1.0
         peaks = ForcePeaks(0.0, None, None)
@@ -459,7 +459,8 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
     thresholds = critical_friction(with_damping, GREATEST).points
     valid = _valid_part(answer.orbits, answer.own)
     orbit_at_scene = answer.orbits[answer.own]
-    # the cycle at the scene's friction, and the branch by falling friction, see `Cycles.branch`
+    # the cycle at the scene's friction, then the whole branch through it, from the end that is
+    # reached by first raising mu to the one by first lowering it (past a fold mu rises again)
     own, *branch = _points(with_damping, [orbit_at_scene, *reversed(valid.orbits)])
     return Cycles(
         own=own,

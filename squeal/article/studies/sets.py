@@ -35,11 +35,11 @@ class ParameterSet(Record):
     failing: ids of all that it does not satisfy; hammering, flutters: the cases by model that
     hammer, and whose sliding equilibrium flutters without damping; without: the cases by model that
     have no sliding equilibrium; critical: the friction at which B2 (c) begins to flutter, ends: at
-    which its branch of equilibria ends; lost: share of time in which an edge is separated that
-    touches in the equilibrium, mean over the cases in which both models have one, apart: in which
-    any is, both also of two points (TWO); lasting: share of the initial conditions from which
-    contact goes on changing with damping, lasting_repeats: the same in each repeat, of motions that
-    do not come to one cycle, growth: greatest real part of the eigenvalues there,
+    which its branch of equilibria ends, None if not up to the friction of the set; lost: share of
+    time in which an edge is separated that touches in the equilibrium, mean over the cases in which
+    both models have one, apart: in which any is, both also of two points (TWO); lasting: share of
+    the initial conditions from which contact goes on changing with damping, lasting_repeats: the
+    same in each repeat, of motions that do not come to one cycle, growth: greatest real part of the eigenvalues there,
     1/ms, by motion (b1-a) that has a sliding equilibrium; face: greatest speed of the lower face
     while it touches, over that of the surface, by motion.
     """

@@ -35,8 +35,8 @@ def _region_of(
     """The selected region, else a rectangle around the lowest modes at some parameters, in rad/s.
 
     Modes that are damped so much that their real part is more than a quarter of the largest
-    |lambda| lie outside. Raises InputError where neither a region nor a number of modes is
-    selected.
+    |lambda| lie outside. Raises InputError without a region where no number of modes is selected,
+    or matrices follow the frequency.
     """
     if selection.rectangle is not None:
         return selection.rectangle

@@ -538,7 +538,7 @@ def _select_region(
     if verdict is None and not outside:  # nothing grows
         verdict, criterion = judged
         verdict_inside, criterion_inside = judge_roots(inside)
-        # a root outside may make the whole list marginal
+        # a root outside may make the whole list marginal; None of an empty region
         if verdict == "marginal" and (not inside or verdict_inside == "stable"):
             verdict = verdict_inside
             criterion = criterion_inside
