@@ -40,8 +40,8 @@ class ParameterSet(Record):
     both models have one, apart: in which any is, both also of two points (TWO); lasting: share of
     the initial conditions from which contact goes on changing with damping, lasting_repeats: the
     same in each repeat, of motions that do not come to one cycle, growth: greatest real part of the
-    eigenvalues there, 1/ms, by motion (b1-a) that has a sliding equilibrium; face: greatest speed of the lower face
-    while it touches, over that of the surface, by motion.
+    eigenvalues there, 1/ms, by motion (b1-a) that has a sliding equilibrium; face: greatest speed
+    of the lower face while it touches, over that of the surface, by motion.
     """
 
     numbers: dict[str, float]
