@@ -74,8 +74,10 @@ def side_by_side(work: Callable[..., Result], *tasks: Iterable[Any]) -> Iterator
         for future, call in untaken:
             try:
                 future.set_result(call())
-            except Exception as error:
+            except BaseException as error:  # one that is not raised here is waited for
                 future.set_exception(error)
+                if not isinstance(error, Exception):
+                    raise
             return True
         return False
 

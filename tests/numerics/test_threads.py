@@ -96,3 +96,20 @@ def test_a_thread_whose_verb_was_interrupted_ends_at_its_next_step():
         thread.join(60.0)
         assert not thread.is_alive()
     assert not done
+
+
+@pytest.mark.parametrize("error", [SystemExit, KeyboardInterrupt])
+def test_what_ends_a_helping_thread_ends_the_verb(error):
+    """Not an Exception, such as `sys.exit()` in the progress of a caller: nobody waits for it."""
+    main = threading.current_thread()
+    is_helped = threading.Event()
+
+    def work(k):
+        if threading.current_thread() is main:
+            is_helped.wait(30.0)
+            return k
+        is_helped.set()
+        raise error
+
+    with pytest.raises(error), threads_of_a_verb(2):
+        list(side_by_side(work, range(4)))
