@@ -59,6 +59,7 @@ REAL_SHARE = 1e-6  # of the highest imaginary part: below, a root of real matric
 SAME_SHARE = 1e-7  # relative: crossings closer than this are one
 NEWTON_STEPS = 20
 STEPS_PER_FACTOR = 3  # steps of Newton's method: the later ones correct vectors by residuals
+STAGNANT_STEP = 1e-9  # relative to p: after all steps, one so small is rounding
 CONVERGED_STEP = 1e-12  # step relative to p and omega; its error is the square
 
 
@@ -656,19 +657,33 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
             P = problem.at(complex(0.0, omega))
             right = x - factor.solve(P @ x)
             left = y - factor.solve(P.T @ y.conj(), transposed=True).conj()
-        x = right / np.linalg.norm(right)
-        y = left / np.linalg.norm(left)
+        x = _unit(right, x)
+        y = _unit(left, y)
         step = _newton_step(scaled, name, CrossingGuess(value, omega, x, y))
         if step is None:
             break
+        crossing = step.crossing
         if step.is_converged:
-            return step.crossing
-        value = step.crossing.value
-        omega = step.crossing.omega
+            return crossing
+        change = abs(crossing.value - value)
+        value = crossing.value
+        omega = crossing.omega
+    else:
+        # terms that cancel round more than their sum: such steps do not shrink any further
+        if change <= STAGNANT_STEP * abs(value):
+            low, high = crossing.interval
+            return replace(crossing, interval=(low - 16 * change, high + 16 * change))
     raise ComputationError(
         f"no crossing of the imaginary axis was found near {name} = {guess.value:.9g} at "
         f"{guess.omega / (2 * math.pi):.6g} Hz"
     )
+
+
+def _unit(corrected: ComplexArray, vector: ComplexArray) -> ComplexArray:
+    """A corrected vector (n,) with unit length; the `vector` itself where the correction leaves
+    nothing, as of an exact vector that the factor and P share."""
+    length = np.linalg.norm(corrected)
+    return corrected / length if 0.0 < length < np.inf else vector
 
 
 class _Linearised(NamedTuple):

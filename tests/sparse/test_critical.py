@@ -522,3 +522,27 @@ def test_growth_that_a_real_crossing_does_not_explain_is_not_certified():
     begins = [crossing.mu for crossing in answer.crossings if crossing.direction == "up"]
     # by 40 digits growth begins between 1.36 and 1.3639
     assert not answer.certified or begins == pytest.approx([1.362], abs=0.002)
+
+
+def test_crossings_are_located_where_large_terms_cancel():
+    """Damping 100 (T8(2 mu - 1) + 1 - 1e-5) in powers of mu, coefficients up to 1e7: Chebyshev's
+    polynomial is -1 at four values, beside each of which a mode grows."""
+    powers = np.polynomial.Polynomial([0.0])
+    x = np.polynomial.Polynomial([-1.0, 2.0])
+    for k, coefficient in enumerate(np.polynomial.chebyshev.cheb2poly([0.0] * 8 + [1.0])):
+        powers = powers + coefficient * x**k
+    damping = 100.0 * (powers + 1.0 - 1e-5)
+    rest = np.r_[3900.0, 4900.0, np.linspace(7000.0, 30000.0, 398)]
+    one = np.eye(401)[0]
+    C = {"1": diags_array(np.r_[damping.coef[0], 2e-3 * rest])}
+    for k, coefficient in enumerate(damping.coef[1:], 1):
+        C[f"mu**{k}"] = diags_array(coefficient * one)
+    K = diags_array(np.r_[4300.0, rest] ** 2)
+    system = squeal.System(eye_array(401, format="csc"), C, K, {"mu": 0.0})
+    answer = squeal.thresholds(system, 1.0, 0.0, band=(600.0, 800.0))
+    # T8(cos a) = cos 8 a
+    beside = np.arccos(1e-5 - 1.0) / 8
+    angles = [k * np.pi / 4 + side * beside for k in range(9) for side in (-1, 1)]
+    exact = sorted((1 + np.cos(a)) / 2 for a in angles if 0.0 < a < np.pi)
+    found = [crossing.mu for crossing in answer.crossings]
+    assert found == pytest.approx(exact, abs=1e-7)
