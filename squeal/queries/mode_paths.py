@@ -245,6 +245,8 @@ def _join(path_of: dict[int, ComplexArray], losses: Sequence[Loss]) -> dict[int,
                 low, high = sorted((mode, ended[k]))
                 path = path_of.pop(high)
                 path_of[low] = np.where(np.isfinite(path_of[low]), path_of[low], path)
+                # numbers that were joined to the removed one follow it
+                lower = {number: low if kept == high else kept for number, kept in lower.items()}
                 lower[high] = low
     return lower
 
