@@ -103,10 +103,13 @@ def draw(record: Horizon) -> Drawing:
         figure.legend(handles, labels, loc="outside upper center", ncols=4)
     parts = []
     for run in record.runs:
-        horizon = f"none in {run.window:.2g}"
+        horizon = f"none in {run.window:.2g} support periods"
         if run.horizon:
             horizon = f"{run.horizon[0]:.2g} support periods"
-        parts.append(f"{run.model} {run.stiffness:g} k1 {horizon} (exponent {run.predicted:.2g})")
+        predicted = f"{run.predicted:.2g}" if run.exponent > 0.0 else "none"
+        parts.append(
+            f"{run.model} {run.stiffness:g} k1 {horizon} (predicted by the exponent: {predicted})"
+        )
     text = f"Horizon of predictability over contact stiffness: {'; '.join(parts)}."
     title = "Horizon of predictability"
     return Drawing(figure, text, title, origin(__name__, record.provenance))
