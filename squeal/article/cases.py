@@ -36,3 +36,9 @@ def title(stem: str) -> str:
     """Model and case in words from a scene's name: b1-a becomes B1, case (a)."""
     model, _, case = stem.partition("-")
     return f"{model.upper()}, case ({case})" if case else model.upper()
+
+
+def short_title(stem: str) -> str:
+    """Model and case in short from a scene's name: b1-a becomes B1 (a)."""
+    model, _, case = stem.partition("-")
+    return f"{model.upper()} ({case})"

@@ -119,7 +119,7 @@ def draw(record: Coexistence) -> Drawing:
     if not record.motions:
         return blank(title, record.left_out, __name__, record.provenance)
     low, high = record.zeta_range
-    kinds: dict[str, None] = {}  # of all boundaries drawn, each once
+    kinds: dict[str, None] = {}  # of all boundaries drawn, each once, in order
     for motion in record.motions.values():
         kinds |= dict.fromkeys(curve.kind for curve in motion.boundaries)
     with style():

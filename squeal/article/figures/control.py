@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from squeal.article.cases import short_title
 from squeal.article.records import Missing, first_reason
 from squeal.article.studies.eigenvalues import Eigenvalues, Locus, Loop
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
@@ -66,7 +67,7 @@ def control_figure(loops: dict[str, Loop]) -> Figure:
         grid = figure.subplots(2, 4, sharey=True)
         for axes, (name, loop) in zip(grid.flat, loops.items(), strict=False):
             _panel(axes, loop)
-            axes.set_title(f"{name[:2].upper()} ({name[-1]}): {_critical(loop)}", pad=3.0)
+            axes.set_title(f"{short_title(name)}: {_critical(loop)}", pad=3.0)
             axes.set_xlim(*LIMITS[name[:2]])
             axes.set_ylim(0.0, 14.0)
         figure.supxlabel("growth rate [1/ms]", fontsize=8)
@@ -90,7 +91,7 @@ def draw(record: Eigenvalues) -> Drawing:
     for name, loop in loops.items():
         frozen = "none" if loop.frozen is None else f"{loop.frozen:.3g}"
         followed = "none" if loop.followed is None else f"{loop.followed:.3g}"
-        parts.append(f"{name[:2].upper()} ({name[-1]}) frozen {frozen}, following {followed}")
+        parts.append(f"{short_title(name)} frozen {frozen}, following {followed}")
     text = (
         "Poles of the eight cases in the complex plane, growth rate by frequency, as friction "
         f"rises from 0 to {record.greatest:g}. Critical friction up to there: {'; '.join(parts)}."

@@ -45,6 +45,7 @@ def energy_figure(record: Energy) -> Figure:
         grid = figure.subplots(2, len(shown), sharex="col", squeeze=False)
         for column, (name, motion) in enumerate(shown.items()):
             upper, lower = grid[:, column]
+            # motion.kinetic: the greatest kinetic energy, in J
             factor, unit = (1e3, "mJ") if motion.kinetic < 0.1 else (1.0, "J")
             t = motion.curves["t"]
             for key, (label, colour, look) in CURVES.items():

@@ -12,9 +12,11 @@ SYMBOLS = {"h/w": "$h/w$", "k2/k1": "$k_2/k_1$", "mu": r"friction $\mu$"}
 
 
 def map_ranges_figure(record: MapRanges) -> Figure:
-    """Above outlines of the area at three values of each parameter, below the shares over it.
+    """A column for each of h/w, k2/k1 and mu: above outlines of the area in which (23a, b) hold as
+    printed, at three values; below the shares of the map over the parameter.
 
-    A column for each parameter. The grey band spans the shares as printed of all pads with a value.
+    The grey band goes from the least to the greatest share as printed, over the other two
+    parameters. A vertical line marks the scene's value.
     """
     with style():
         figure = Figure(figsize=(DOUBLE, 4.5))
@@ -36,19 +38,21 @@ def map_ranges_figure(record: MapRanges) -> Figure:
             lower.fill_between(sweep.values, sweep.low, sweep.high, color="0.85", lw=0.0)
             lower.plot(sweep.values, sweep.printed, "k-", label="(23a, b) as printed")
             lower.plot(sweep.values, sweep.complete, "k--", label="complete conditions")
+            # equilibria are searched at some of the values alone
             label = "equilibrium on the branch"
             lower.plot(sweep.sparse, sweep.reached, "o-", color="#3498DB", ms=3, label=label)
             lower.plot(
                 sweep.sparse, sweep.stable, "s-", color="#6A1B7B", ms=3, label="stable equilibrium"
             )
-            lower.axvline(sweep.own, color="0.4", lw=0.7, zorder=1.5)
+            lower.axvline(sweep.own, color="0.4", lw=0.7, zorder=1.5)  # the scene's value
             lower.set_title(f"({'def'[column]})", loc="left", pad=3.0)
             lower.set_xlabel(SYMBOLS[name])
             lower.set_xlim(sweep.values[0], sweep.values[-1])
             lower.set_ylim(0.0, 1.0)
-        grid[1, 1].set_xscale("log")
-        grid[1, 1].set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["1/4", "1/2", "1", "2", "4"])
-        grid[1, 1].minorticks_off()
+        _, stiffness_ratio, _ = grid[1]  # the lower panels, of h/w, k2/k1 and mu
+        stiffness_ratio.set_xscale("log")
+        stiffness_ratio.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["1/4", "1/2", "1", "2", "4"])
+        stiffness_ratio.minorticks_off()
         grid[1, 0].set_ylabel("share of the map")
         handles, labels = grid[1, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4)

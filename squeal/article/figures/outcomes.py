@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from squeal.article.cases import short_title
 from squeal.article.studies.basin import Basin
 from squeal.article.studies.grazing import Grazing
 from squeal.article.studies.onset import After, Onset
@@ -57,7 +58,7 @@ def _tiles(axes: Axes, shown: dict[str, tuple[After, ...]], ratios: tuple[float,
     axes.set_xlim(0, len(ratios))
     axes.set_ylim(len(shown), 0)
     axes.set_xticks([i + 0.5 for i in range(len(ratios))], [f"{100 * r:g}" for r in ratios])
-    names = [f"{name[:2].upper()} ({name[-1]})" for name in shown]
+    names = [short_title(name) for name in shown]
     axes.set_yticks([i + 0.5 for i in range(len(shown))], names)
     axes.tick_params(length=0.0)
     axes.set_xlabel(r"damping ratio $\zeta$ [%]")

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
+from squeal.article.cases import short_title
 from squeal.article.records import Missing, first_reason
 from squeal.article.studies.starts import KINDS, WINDOWS, CaseMaps, Map, Starts
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
@@ -46,7 +47,7 @@ def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
             _x, height, tilt = case.reference
             ring = COLOURS[reference_kind]
             axes.plot(height, tilt, "o", mfc=ring, mec="k", ms=5, path_effects=HALO)
-            axes.set_title(f"{name[:2].upper()} ({name[-1]})", pad=3.0)
+            axes.set_title(short_title(name), pad=3.0)
             axes.set_aspect("equal")
             axes.set_xticks([-1, 0, 1])
             axes.set_yticks([-1, 0, 1])

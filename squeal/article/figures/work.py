@@ -46,7 +46,8 @@ Abscissa = Callable[[Point], float]
 def panel(axes: Axes, points: Sequence[Point], abscissa: Abscissa) -> None:
     """Draw the errors of the runs of one case, a curve for each integrator.
 
-    Runs without an error are left out; marks are open where contact changes are missed or made up.
+    Runs whose error is not finite (None) or 0 have no place on the logarithmic axis. A mark is open
+    where the run misses contact changes of the reference or makes some up.
     """
     for path, (colour, marker, line) in LOOKS.items():
         runs = [p for p in points if p.path == path and p.error]
@@ -54,8 +55,8 @@ def panel(axes: Axes, points: Sequence[Point], abscissa: Abscissa) -> None:
         y = [p.error or 0.0 for p in runs]
         axes.plot(x, y, line, color=colour, lw=0.8)
         for i, p in enumerate(runs):
-            face = colour if p.missed == p.extra == 0 else "white"
-            axes.plot(x[i], y[i], marker, color=colour, mfc=face, ms=4, mew=0.7)
+            fill = colour if p.missed == p.extra == 0 else "white"
+            axes.plot(x[i], y[i], marker, color=colour, mfc=fill, ms=4, mew=0.7)
     axes.set(xscale="log", yscale="log", ylim=(1e-16, 1.0))
     axes.set_yticks([10.0**n for n in range(-16, 1, 4)])
     axes.minorticks_off()

@@ -1,5 +1,6 @@
 """Complex eigenvalues about the sliding equilibria of both models."""
 
+from squeal.article.cases import short_title
 from squeal.article.records import Missing
 from squeal.article.report.latex import number, tabular, typeset
 from squeal.article.studies.eigenvalues import Eigenvalues
@@ -13,7 +14,7 @@ def table(eigenvalues: Eigenvalues) -> str:
     """The table in LaTeX, a group of rows a case, a row for a pair or a real eigenvalue."""
     groups = []
     for scene, entry in eigenvalues.scenes.items():
-        case = f"{scene[:2].upper()} ({scene[-1]})"
+        case = short_title(scene)
         if isinstance(entry, Missing):
             groups.append([[case, "--", rf"\multicolumn{{5}}{{l}}{{{typeset(entry.reason)}}}"]])
             continue

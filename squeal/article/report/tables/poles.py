@@ -1,5 +1,6 @@
 """Poles of all cases, and friction as a loop gain."""
 
+from squeal.article.cases import short_title
 from squeal.article.records import Missing
 from squeal.article.report.latex import number, tabular, typeset
 from squeal.article.studies.eigenvalues import Eigenvalues, Loop
@@ -25,7 +26,7 @@ def _row(name: str, loop: Loop) -> list[str]:
         else:
             ratios.append(f"${100 * pole.damping_ratio:.2f}$")
     return [
-        f"{name[:2].upper()} ({name[-1]})",
+        short_title(name),
         loop.contact,
         ", ".join(frequencies),
         ", ".join(ratios),
@@ -42,7 +43,7 @@ def table(eigenvalues: Eigenvalues) -> str:
         rows = groups.setdefault(name[:2], [])
         if isinstance(loop, Missing):
             reason = rf"\multicolumn{{6}}{{l}}{{{typeset(loop.reason)}}}"
-            rows.append([f"{name[:2].upper()} ({name[-1]})", reason])
+            rows.append([short_title(name), reason])
         else:
             rows.append(_row(name, loop))
     head = ["case", "contact", "frequencies, kHz", r"damping ratios, \%"]
