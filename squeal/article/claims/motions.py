@@ -296,12 +296,13 @@ class _EachBlow(NamedTuple):
 def _each_blow(grid: Grid, load: np.ndarray, moment: np.ndarray) -> _EachBlow:
     """The blows: the times between changes of the moment's sign, each with the whole impulse.
 
-    load, moment (k, s): contact force over F_n, and its moment about the centre over F_n w, below 0
-    where the resultant acts on the leading half.
+    load, moment (k, s), at k samples of each of s steps: contact force over F_n, and its moment
+    about the centre over F_n w, below 0 where the resultant acts on the leading half.
     """
     steps = grid.steps
     period = 2.0 * np.pi * np.sqrt(1.0 / grid.c.k1)  # T_1, since the mass is the unit
-    # of each sample, in order of motion and time
+    # arrays (k s,): of each sample, in order of motion and time; the impulse of a sample is the
+    # force times the time that it stands for, by quadrature over its step
     impulse = (load * grid.weights[:, None] * steps.h / period).T.ravel()
     side = np.sign(moment).T.ravel()
     motion = np.repeat(steps.motion, len(load))

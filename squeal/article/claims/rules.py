@@ -180,10 +180,11 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     vanishes for some share of the time.
 
     A blow, in both models, is a time in which the resultant of the contact force stays on one half
-    of the face, if its impulse exceeds `level` F_n T_1, one of `motions.LEVELS`. The margin is the
-    share of time without force, at the edge where that share is less. Where the case does not
-    hammer, it is -(1 - turns / TURNS) for changes that are missing, and where none is missing
-    -(TOUCH - share) for the share that is too small.
+    of the face, if its impulse exceeds `level` F_n T_1, one of `motions.LEVELS`.
+
+    The margin of a case that hammers is the share of time without force, at the edge where that
+    share is less. The margin of another case is negative: -(1 - turns / TURNS) if changes of the
+    edge are missing, and less by TOUCH - share if that share is too small.
     """
     turns = case.blows[LEVELS.index(level)]  # changes of the edge struck
     without_force = min(case.vanishes)  # share of time, at the edge where it is less
@@ -195,7 +196,7 @@ def hammers(case: Case, level: float = LEVEL) -> Outcome:
     if turns >= TURNS and without_force > TOUCH:
         return Outcome(without_force, measured)
     missing_turns = max(1.0 - turns / TURNS, 0.0)
-    missing_share = max(TOUCH - without_force, 0.0)  # at most TOUCH, nothing to a missing turn
+    missing_share = max(TOUCH - without_force, 0.0)  # far below 1 / TURNS, that of a missing change
     return Outcome(-missing_turns - missing_share, measured)
 
 

@@ -72,33 +72,35 @@ def _unsure(segment: Segment) -> np.ndarray:
     unsure = (segment.limit == Limit.FAILED) | (has_wrong_gap & (segment.limit == Limit.NONE))
     changes = segment.changes
     c = segment.coefficients(changes.motion)
-    heights = np.array(segment.law.gaps(c, pose_of(np, c.xy_theta(changes.state))))
-    # at each change, how far each point is from the surface, on the side of its contact state
-    distance = np.where(segment.contact_after_changes > 0, -heights, heights)
-    is_near = distance < CLEAR * (1.0 + c.w + c.h)  # (point, change): a share of the pad's size
-    is_near[changes.point, np.arange(len(changes.t))] = False  # the point that changes
+    gaps = np.array(segment.law.gaps(c, pose_of(np, c.xy_theta(changes.state))))  # (point, change)
+    # how far a point is from changing its contact: its gap if it is separated, minus it if it
+    # touches
+    distance = np.where(segment.contact_after_changes > 0, -gaps, gaps)
+    is_near = distance < CLEAR * (1.0 + c.w + c.h)  # lengths in natural units
+    is_near[changes.point, np.arange(len(changes.t))] = False  # the point that changes itself
     unsure[changes.motion[is_near.any(axis=0)]] = True
     return unsure
 
 
 def _blocks(lengths: np.ndarray, lanes: int, dense: bool) -> Iterator[np.ndarray]:
-    """Blocks of motions that are run at once: their numbers, a multiple of `lanes`.
+    """Indices of the motions that are run at once, block by block, a multiple of `lanes` in each.
 
     Long motions come first, so that those side by side are alike; the last lanes repeat a motion.
-    Without `dense`, which stores steps, all motions are one block. With `dense` a lane runs in one
-    block motions of about the natural time `MEASURED_AT_ONCE`, and at most `MOST_IN_LANE`.
-    lengths (n,): natural times of the motions.
+    Without `dense`, all motions are one block. With `dense`, which stores steps, a block gives each
+    lane as many motions, one after the other, as fill the natural time `MEASURED_AT_ONCE`, but at
+    most `MOST_IN_LANE`. lengths (n,): natural times of the motions.
     """
     n = len(lengths)
     remaining = np.argsort(-lengths, kind="stable")
     to_fill = -n % lanes
     remaining = np.append(remaining, remaining[-1:].repeat(to_fill))
     while remaining.size:
-        in_lane = n
+        in_lane = n  # motions in a lane
         if dense:
-            # the bound from below lets at most MOST_IN_LANE run in a lane
-            longest = max(lengths[remaining[0]], MEASURED_AT_ONCE / (MOST_IN_LANE - 1))
-            in_lane = int(MEASURED_AT_ONCE / longest) + 1
+            longest = lengths[remaining[0]]
+            in_lane = MOST_IN_LANE
+            if longest * MOST_IN_LANE > MEASURED_AT_ONCE:
+                in_lane = int(MEASURED_AT_ONCE / longest) + 1
         block, remaining = np.split(remaining, [in_lane * lanes])
         yield block
 
@@ -127,11 +129,12 @@ def _results(segment: Segment, units: Units, measure: Measure | None, events: bo
         times = changes.t * np.asarray(units.time)[changes.motion]
         table = np.array([times, changes.point]).T
         results["events"] = np.empty(n, dtype=object)
-        begin = np.searchsorted(changes.motion, np.arange(1, n))
-        results["events"][:] = np.split(table, begin)
+        first_change = np.searchsorted(changes.motion, np.arange(1, n))  # of motions 1 to n - 1
+        results["events"][:] = np.split(table, first_change)
     if measure is not None:
         for name, measured in measure(segment, units).items():
-            blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)  # floats, objects
+            # NaN in place of floats ("f"), None of objects ("O"), 0 of whole numbers
+            blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)
             results[name] = measured.copy()
             results[name][~valid] = blank
     return results
@@ -306,13 +309,13 @@ def simulate_stacks(
     """
     flat = states.reshape(-1, 6)
     with_start = np.flatnonzero(np.isfinite(flat).all(axis=1))
-    numbers = np.full(len(flat), -1)
-    numbers[with_start] = np.arange(len(with_start))
-    row = numbers.reshape(states.shape[:2])
+    row_of_motion = np.full(len(flat), -1)
+    row_of_motion[with_start] = np.arange(len(with_start))
+    row = row_of_motion.reshape(states.shape[:2])
     if not with_start.size:
         return {"valid": np.empty(0, dtype=bool)}, row
     given = [stack.pad.given() for stack in stacks]
-    columns: dict[str, Any] = {}
+    columns: dict[str, Any] = {}  # parameters of the pads with a start, in order of stack and pad
     for name in given[0]:
         columns[name] = np.concatenate([parameters[name] for parameters in given])[with_start]
     first = stacks[0]  # whose model and formulation all have

@@ -213,12 +213,13 @@ def edge_shares(segment: Segment, units: Units) -> Arrays:
     n = len(segment.t0)
     spent = np.zeros((n, len(STATES)))
     some_spring_touches = np.asarray(grid.steps.on.any(axis=0))  # in each step
-    has_touched = np.zeros(some_spring_touches.shape)  # 1 from the first touch of a motion on
+    # in each step: 1 from the first touch of its motion on, 0 before
+    has_touched = np.zeros(some_spring_touches.shape)
     ends = np.append(grid.first_steps[1:], len(has_touched))
     for begin, end in zip(grid.first_steps.tolist(), ends.tolist(), strict=True):
         has_touched[begin:end] = np.logical_or.accumulate(some_spring_touches[begin:end])
     for column, state in enumerate(STATES):
-        is_in_state = (touching == np.array(state)[:, None, None]).all(axis=0)
+        is_in_state = (touching == np.array(state)[:, None, None]).all(axis=0)  # (sample, step)
         time = np.where(is_in_state, weights, 0.0).sum(axis=0) * has_touched
         spent[:, column] = np.bincount(grid.steps.motion, time, n)
     total = spent.sum(axis=1, keepdims=True)
@@ -336,6 +337,7 @@ def computed(numbers: Numbers) -> Computed:
         stacks[model] = of_model
         equilibria[model] = [assessed_equilibria(stack) for stack in of_model]
         first[model] = motions(of_model, states, REPEATS)
+        # a huge moment of inertia stops rotation
         not_turning = [stack.replace(I=LOCKED * np.asarray(stack.pad.I)) for stack in of_model]
         locked[model] = motions(not_turning, states, ONCE_MORE)
         loads[model] = []
@@ -349,12 +351,10 @@ def computed(numbers: Numbers) -> Computed:
     springs = [PadModel("BN", stack.pad, Formulation(springs=2)) for stack in stacks["B2"]]
     states = np.array([starts(numbers, stack) for stack in stacks["B2"]])
     two_springs = motions(springs, states, ONCE_MORE, edge_shares)
-    pairs = zip(stacks["B1"], equilibria["B1"], strict=True)
-    small_release = motions(
-        stacks["B1"],
-        np.array([released(pads, of_case, np.full(n, LOW)) for pads, of_case in pairs]),
-        ONCE_MORE,
-    )
+    small_releases = []  # first states (n, 6) of each case
+    for pads, of_case in zip(stacks["B1"], equilibria["B1"], strict=True):
+        small_releases.append(released(pads, of_case, np.full(n, LOW)))
+    small_release = motions(stacks["B1"], np.array(small_releases), ONCE_MORE)
     return Computed(
         stacks=stacks,
         equilibria=equilibria,
@@ -398,14 +398,15 @@ def _mean_shares(
     lost: shares of time in which an edge is separated that touches in the equilibrium; apart: in
     which any edge is separated. runs: by model; index: of the set.
     """
-    points, line = (block.equilibria[model] for model in MODELS)
+    points = block.equilibria["B1"]
+    line = block.equilibria["B2"]
     with_equilibria = [k for k in range(len(CASES)) if points[k][index] and line[k][index]]
     means: dict[str, float] = {}
     for k in with_equilibria:
         for digit, model in enumerate(MODELS, 1):
             case = runs[model].case(repeat, k, index)
             equilibrium = block.equilibria[model][k][index]
-            if case is None or equilibrium is None:
+            if case is None or equilibrium is None:  # the motion did not go to its end
                 return {}
             lost = lost_share(case.shares, equilibrium.state) / len(with_equilibria)
             apart = lost_share(case.shares, FULL) / len(with_equilibria)
@@ -415,10 +416,12 @@ def _mean_shares(
 
 
 def _means_of_two_springs(block: Computed, repeat: int, index: int) -> dict[str, float]:
-    """Mean shares two_lost and two_apart of the line's pads on two springs, over the cases in which
-    both models have an equilibrium; empty without such a case, or where a motion did not go to its
-    end."""
-    # of each case, see `_mean_shares`
+    """Mean shares two_lost and two_apart of the line's pads on two springs.
+
+    The shares are those of `_mean_shares`, over the same cases: those in which both models have an
+    equilibrium. Empty without such a case, or where a motion did not go to its end.
+    """
+    # the shares of each case
     lost = []
     apart = []
     for k in range(len(CASES)):
@@ -490,15 +493,19 @@ def _permanent(block: Computed, repeat: int, index: int) -> list[bool]:
 def _verdicts_when_locked(
     block: Computed, points: Sequence[Case], line: Sequence[Case], repeat: int, index: int
 ) -> dict[str, str]:
-    """Verdicts on the motions with rotation locked, of a set whose free motions are `points` and
-    `line`, a measured case each."""
+    """The verdicts locked_line and locked_points of a set, see `VERDICTS`.
+
+    points, line: the motions with free rotation, a measured case each. A verdict is left out where
+    no contact is lost with free rotation, or where a motion with locked rotation did not go to its
+    end.
+    """
     verdicts = {}
     line_locked = _locked(block, "B2", repeat, index)
-    # letters of the cases in which the line separates, with free and with locked rotation
-    separates = {*_letters(map(_separated, line))}
-    if separates and line_locked is not None:
-        still_separates = {*_letters(map(_separated, line_locked))}
-        verdicts["locked_line"] = _yes_or_no(not still_separates & separates)
+    # letters of the cases in which the line separates
+    free = {*_letters(map(_separated, line))}
+    if free and line_locked is not None:
+        locked = {*_letters(map(_separated, line_locked))}
+        verdicts["locked_line"] = _yes_or_no(free.isdisjoint(locked))
     points_locked = _locked(block, "B1", repeat, index)
     if any(map(_loses_force, points)) and points_locked is not None:
         verdicts["locked_points"] = _yes_or_no(any(map(_loses_force, points_locked)))

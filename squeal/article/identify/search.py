@@ -66,17 +66,18 @@ def allowed(n: Numbers) -> np.ndarray:
 
         (R - F_n) - k_c theta/3 + 2 mu h R = 0
 
-    Without y and theta, with f = 6 mu h, depth = -y0/F_n and R in F_n, that is
+    With f = 6 mu h, depth = -y0/F_n and R in F_n the three equations give, without y and theta,
     (1 + (4 + f)/k_c) R = 1 + 3/k_c + depth, and R acts at k_c theta/(3 R) = 1 - 1/R + f/3.
 
     In (b) the springs change places: k2 (y + theta) = R - F_n, and the first term changes its sign.
-    In cases (c) and (d) the mean reaction acts on the trailing side for h/w < -tan(alpha) / 2; the
-    bound of (d) is the lesser one. Units are w = m = k1 = 1, and depths are over F_n.
+    In (c) and (d) both inclined springs bear friction, and their vertical parts have the moment
+    mu R tan(alpha): with the 2 mu h R from above the mean reaction acts on the trailing side for
+    h/w < -tan(alpha)/2. The bound of (d) is the lesser one. Units are w = m = k1 = 1.
     """
     friction = 6.0 * n["mu"] * n["h"]  # f
     k2 = n["k2"]
     k_c = n["k_c"]
-    depth = n["preload"] / k_c + n["lift"]
+    depth = n["preload"] / k_c + n["lift"]  # over F_n
     # reactions over F_n, positions over the half length
     reaction_a = (1.0 + 3.0 / k_c + depth) / (1.0 + (4.0 + friction) / k_c)
     reaction_b = (1.0 + (3.0 / k_c + depth) * k2) / (1.0 + (4.0 - friction) * k2 / k_c)
@@ -93,11 +94,7 @@ def allowed(n: Numbers) -> np.ndarray:
 
 
 class Start:
-    """One start of a search: its formulation, its random numbers, and how many sets it has judged.
-
-    screened: whether its first sets are those that the balances allow, where the law is the
-    consistent one; arrangement: of the statements; dimensions: ranges of the numbers.
-    """
+    """A start of a search, with random numbers of its own; `sets`: how many sets it has judged."""
 
     def __init__(
         self,
@@ -108,13 +105,25 @@ class Start:
         arrangement: Arrangement = PRINTED,
         dimensions: Sequence[Dimension] = DIMENSIONS,
     ) -> None:
+        """Prepare a start.
+
+        Parameters
+        ----------
+        formulation : of the line contact
+        seed : of the random numbers
+        workers : processes that simulate
+        screened : whether its first sets are those that the balances allow (`allowed`), which hold
+            for the consistent law alone
+        arrangement : of the statements
+        dimensions : the numbers of a set with their ranges
+        """
         self.formulation = formulation
         self.workers = workers
         self.screened = screened and formulation == CONSISTENT
         self.arrangement = arrangement
         self.dimensions = dimensions
         self.random = np.random.default_rng(seed)
-        self.sets = 0
+        self.sets = 0  # judged so far
 
     def distances(self, points: np.ndarray, models: tuple[Model, ...]) -> np.ndarray:
         """Distance (n,) of points (n, dimensions) from the statements on some models."""

@@ -92,8 +92,9 @@ def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
     parameters: dict[str, Any] = {"m": 1.0, "w": 1.0, "k1": 1.0, "L1": n["L"], "L2": n["L"]}
     for name in ("h", "k2", "mu", "F_n", "x0", *law.parameters):
         parameters[name] = n[name]
+    # `inertia` is relative to that of a homogeneous rectangle, m (w^2 + h^2) / 3
     parameters["I"] = n["inertia"] * (1.0 + n["h"] ** 2) / 3.0
-    parameters["theta0"] = np.copysign(beyond_level, n["tilt"]) * n["F_n"]
+    parameters["theta0"] = np.copysign(beyond_level, n["tilt"]) * n["F_n"]  # F_n: over k1 w
     parameters["alpha1"], parameters["alpha2"] = angles
     if law.absolute_gap:
         # lifted from where its springs are relaxed, and still pressed in by the preload
@@ -121,7 +122,7 @@ def starts(n: Numbers, pads: PadModel) -> np.ndarray:
     # y counts from relaxed springs, in B2 up to the lift, in B1 down into the contact
     height = n["lift"] if pads.law.absolute_gap else -n["first_y"] / (n["k3"] + n["k4"])
     state[:, 1] = height * n["F_n"]
-    standing = np.flatnonzero(n["start"] >= 0.5)
+    standing = np.flatnonzero(n["start"] >= 0.5)  # the others are released, see `DIMENSIONS`
     if standing.size:
         at_rest = equilibria(some_pads(pads, standing), np.zeros(standing.size))
         full_contact = (at_rest.gaps < 0.0).all(axis=0)
@@ -161,11 +162,13 @@ def scenes_of(
 ) -> dict[Model, dict[str, Scene]]:
     """The eight dimensionless scenes of one parameter set (n = 1): model, then case."""
 
+    speed = float(speed_limit(n)[0])
+
     def scene(model: Model, case: str) -> Scene:
         pads = stacked(n, model, case, formulation)
         return Scene(
             model,
-            single(pads, 0).pad.replace(V=float(speed_limit(n)[0])),
+            single(pads, 0).pad.replace(V=speed),
             formulation if contact_model(model).choices else CONSISTENT,
             initial=tuple(starts(n, pads)[0].tolist()),
             stop=STOP,

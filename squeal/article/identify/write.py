@@ -45,11 +45,11 @@ def scene_text(
         about = f", case ({case}): Fig. {HISTORY_FIGURES[stem(model, case)]}"
     lines = [f"# Model {model}{about}", f"model: {model}", "parameters:"]
     for name in PARAMETERS:
-        is_default = name in ("x0", "theta0") and not parameters.get(name)  # 0
+        is_default = name in ("x0", "theta0") and not parameters.get(name)  # zero, as if left out
         is_unused = linear and name in ("L1", "L2", "x0")
         if name in parameters and not is_default and not is_unused:
             lines.append(f"  {name}: {_number(parameters[name])}")
-    alpha1, alpha2 = ANGLE_TEXTS[case or "c"]
+    alpha1, alpha2 = ANGLE_TEXTS[case or "c"]  # B3, whose map leaves them aside, has those of (c)
     lines += [f"  alpha1: {alpha1}", f"  alpha2: {alpha2}", f"  mu: {_number(parameters['mu'])}"]
     if linear:
         return "\n".join(lines) + "\n"
