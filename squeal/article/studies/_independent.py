@@ -82,7 +82,7 @@ class _Equations:
         self.stiffest = max([pad.k1, pad.k2, *contact])
         # the least inertia against a force: of the mass, or of the rotation at the edges' lever
         self.inertia = min(pad.m, pad.I / (pad.w**2 + pad.h**2))
-        self.count = 0
+        self.count = 0  # evaluations of the accelerations
 
     def gaps(self, z: complex, angle: float) -> tuple[float, float]:
         """Heights of the leading and of the trailing lower edge over the surface."""
@@ -94,18 +94,22 @@ class _Equations:
         return leading, self.open[1] + z.imag + (turn * second).imag
 
     def acceleration(self, touching: tuple[bool, bool]) -> Acceleration:
-        """The accelerations of x + i y and of the angle within a contact state."""
+        """The function of a pose that gives the accelerations of x + i y and of the angle, as long
+        as the contact state stays the same.
+
+        touching: whether the leading and the trailing edge touch. All is in SI units.
+        """
         pad = self.pad
 
-        def function(z: complex, angle: float) -> tuple[complex, float]:
+        def accelerations(z: complex, angle: float) -> tuple[complex, float]:
             """The accelerations, from the loads of both supports and of the contact."""
             self.count += 1
-            turn = _rotation_less_one(angle)
+            turn = _rotation_less_one(angle)  # times a corner: how far rotation moves it
             force = complex(0.0, -(pad.F_n or 0.0))
             moment = 0.0
             for k, length, relaxed, corner in self.supports:
-                moved = z + turn * corner
-                spring = relaxed + moved
+                moved = z + turn * corner  # displacement of the corner
+                spring = relaxed + moved  # from its fixed end to the corner
                 size = abs(spring)
                 # size^2 - length^2 without the difference of two large numbers, |relaxed| = length
                 difference = 2.0 * (relaxed * moved.conjugate()).real + abs(moved) ** 2
@@ -117,13 +121,13 @@ class _Equations:
             if any(touching):
                 gaps = self._gaps(z, turn)
                 arms = [corner + turn * corner for corner in self.lower]
-                of_contact = self._line_load if self.line else self._point_loads
-                for contact, moment_of_contact in of_contact(gaps, arms, touching):
-                    force += contact
-                    moment += moment_of_contact
+                contact_loads = self._line_load if self.line else self._point_loads
+                for contact_force, contact_moment in contact_loads(gaps, arms, touching):
+                    force += contact_force
+                    moment += contact_moment
             return force / pad.m, moment / pad.I
 
-        return function
+        return accelerations
 
     def _line_load(
         self, gaps: tuple[float, float], arms: list[complex], touching: tuple[bool, bool]
@@ -178,15 +182,15 @@ def _midpoint(
 ) -> tuple[State, list[Pose]]:
     """Change of the state in a time h by n midpoint steps, and the poses passed on the way.
 
-    The midpoint rule: u_(j+1) = u_(j-1) + 2 (h/n) u'(u_j), begun with a step of Euler's. Changes
-    are summed, not states, so that rounding is that of what a short step adds.
+    The midpoint rule: u_(j+1) = u_(j-1) + 2 (h/n) u'(u_j), begun with a step of Euler's. What is
+    summed is the change u_j - u_0, a small number, whose rounding is small too.
 
     first : the accelerations at the state
     h, n : length of the whole step, and number of substeps
     """
     z, a, v, r = state  # position x + i y, angle, and their rates
     step = h / n
-    # changes of the state up to u_(j-1), and with a 1 up to u_j
+    # changes from u_0 to u_(j-1), and with a 1 at the end of the name to u_j
     dz = 0j
     da = 0.0
     dv = 0j
@@ -198,10 +202,10 @@ def _midpoint(
     passed = [(z + dz1, a + da1)]
     twice = 2.0 * step
     for _ in range(n - 1):
-        force, turning = f(z + dz1, a + da1)
+        acceleration, turning = f(z + dz1, a + da1)
         dz, dz1 = dz1, dz + twice * (v + dv1)
         da, da1 = da1, da + twice * (r + dr1)
-        dv, dv1 = dv1, dv + twice * force
+        dv, dv1 = dv1, dv + twice * acceleration
         dr, dr1 = dr1, dr + twice * turning
         passed.append((z + dz1, a + da1))
     return (dz1, da1, dv1, dr1), passed
@@ -223,11 +227,12 @@ def _extrapolated(
 ) -> _Step:
     """A step of length h by Bulirsch and Stoer's extrapolation in the square of the substep.
 
-    T(j, i+1) = T(j, i) + (T(j, i) - T(j-1, i)) / ((n_j / n_(j-1-i))^2 - 1), of the change of the
-    state; it ends with the row that changes no more.
+    T(j, i+1) = T(j, i) + (T(j, i) - T(j-1, i)) / ((n_j / n_(j-1-i))^2 - 1), where T(j, 0) is the
+    change of the state by n_j substeps, n_j of `SUBSTEPS`. The rows end with the first whose last
+    two values are the same to rounding.
 
     lever : length that makes an angle comparable with a displacement
-    sizes : of position and of velocity
+    sizes : of position and of velocity, over which the error counts
     """
     first = f(state[0], state[1])
     row: list[State] = []  # T(j-1, 0), T(j-1, 1), ...
@@ -348,15 +353,16 @@ class _Run:
         return _Beyond(distance, side * _rate(self.equations.lower[point], end), end)
 
     def _time_beyond(self, f: Acceleration, point: int, low: float, high: float) -> float | None:
-        """A time from now at which a point is beyond the surface, None if it turns back before.
+        """A time from now between `low` and `high` at which a point is beyond the surface, None if
+        there is none.
 
-        A point that is not beyond at `high` but goes back there has turned between `low` and
-        `high`: bisection seeks the turn, where the rate passes zero.
+        If the point is not beyond at `high` but goes back there, it may have been beyond before:
+        bisection goes to its turn, where it is farthest and its rate passes zero.
         """
         reached = self._beyond(f, point, high)
         if reached.distance > 0.0:
             return high
-        if reached.rate >= 0.0:
+        if reached.rate >= 0.0:  # it comes nearer all the time and has not arrived
             return None
         first = low
         last = high
@@ -365,24 +371,27 @@ class _Run:
             reached = self._beyond(f, point, middle)
             if reached.distance > 0.0:
                 return middle
-            if reached.rate > 0.0:
+            if reached.rate > 0.0:  # the turn comes later
                 first = middle
             else:
                 last = middle
-        return None
+        return None  # it turned before the surface
 
     def _locate(
         self, f: Acceleration, point: int, low: float, guess: float, high: float
     ) -> _ContactChange | None:
-        """Where a point reaches the surface between two times from now, None if it turns back.
+        """When a point reaches the surface between two times from now, None if it does not.
 
-        Newton's method for the distance beyond the surface, on steps from the start; a bracket from
-        `before` to `after` the change is halved where Newton's method would leave it.
+        Newton's method seeks the time at which the distance beyond the surface is zero; each trial
+        is one step from the present state. `before` and `after` bracket that time; the bracket is
+        halved where Newton's method would leave it.
         """
         beyond_at = self._time_beyond(f, point, low, high)
         if beyond_at is None:
             return None
-        time = guess if beyond_at == high else 0.5 * (low + beyond_at)
+        time = guess
+        if beyond_at < high:  # then the guess may lie after the change
+            time = 0.5 * (low + beyond_at)
         before = low
         after = beyond_at
         for _ in range(60):
@@ -391,14 +400,14 @@ class _Run:
                 after = time
             else:
                 before = time
-            following = 0.5 * (before + after)
+            next_time = 0.5 * (before + after)
             if reached.rate:
                 newton = time - reached.distance / reached.rate
                 if before < newton < after:
-                    following = newton
-            if abs(following - time) <= LOCATED * after or after - before <= LOCATED * after:
+                    next_time = newton
+            if abs(next_time - time) <= LOCATED * after or after - before <= LOCATED * after:
                 break
-            time = following
+            time = next_time
         return _ContactChange(time, reached.state, point)
 
     def advance(self, stop: float) -> None:
@@ -438,20 +447,23 @@ class _Run:
         if self.sizes[1] <= TINY:
             self.sizes = self._sizes_from_rest(f, h)
         step = _extrapolated(f, self.state, h, self.lever, self.sizes)
-        # rounding of the velocity over its size: that of a force k x, over the mass, in the time h
+        # rounding of the velocity over its size: a force k x is rounded by `ROUNDED` of itself,
+        # which over the inertia and in the time h makes a velocity
+        position, velocity = self.sizes
         inertia = self.equations.inertia
-        rounding = ROUNDED * self.equations.stiffest / inertia * h * self.sizes[0] / self.sizes[1]
-        if step.error > ACCEPTED + rounding and h > SHORTEST * limit:
+        rounding = ROUNDED * self.equations.stiffest / inertia * h * position / velocity
+        may_be_shorter = h > SHORTEST * limit
+        if step.error > ACCEPTED + rounding and may_be_shorter:
             self.h = 0.5 * h
             return False
         beyond = self._poses_beyond(step.passed)
         in_first_substep = [point for point in (0, 1) if _may_have_crossed(beyond[point], 0)]
         if in_first_substep:
-            if h <= SHORTEST * limit:  # the point is on the surface already
-                self._switch(in_first_substep[0])
-                return True
-            self.h = h / 8.0
-            return False
+            if may_be_shorter:
+                self.h = h / 8.0
+                return False
+            self._switch(in_first_substep[0])  # the point is on the surface already
+            return True
         change = self._first_change(f, h, beyond)
         if change is None:
             self._accept(step.end, h)
@@ -467,15 +479,15 @@ class _Run:
     ) -> _ContactChange | None:
         """The first contact change in a step of length h, None if there is none.
 
-        beyond: by point, at the poses of the step, see `_may_have_crossed`; pose j is that at the
-        time (j + 1) h / n.
+        beyond: by point, at the n poses of the step, see `_may_have_crossed`; pose j is that at the
+        time (j + 1) h / n. The first pose is not looked at: no point has crossed there.
         """
         n = len(beyond[0])
         for j in range(1, n):
             points = [point for point in (0, 1) if _may_have_crossed(beyond[point], j)]
-            # the change lies between the times j h / n and (j + 1) h / n; poses of the midpoint
-            # rule are exact to second order alone, so it is searched one substep further to both
-            # sides
+            # the change lies between the poses j - 1 and j, that is the times j h / n and
+            # (j + 1) h / n; poses of the midpoint rule are exact to second order alone, so it is
+            # searched one substep further to both sides
             low = max(j - 1, 0) * h / n
             high = min(j + 2, n) * h / n
             guess = (j + 0.5) * h / n

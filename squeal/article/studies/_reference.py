@@ -33,14 +33,14 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
 
     Raises ComputationError where the model ends.
     """
-    units, model, first, stop = in_natural_units(scene)
-    number = quad()
-    if number is None:
+    units, model, initial, stop = in_natural_units(scene)
+    quad_number = quad()  # the type, None without heyoka
+    if quad_number is None:
         integrator: Integrator = SciPyIntegrator(model, tolerance, LONGEST_STEP / 4.0)
-        start = np.array([float(value) for value in first])
+        start = np.array([float(value) for value in initial])
     else:
-        integrator = heyoka().TaylorIntegrator(model, tolerance, number)
-        start = np.array([number(float(value)) for value in first])
+        integrator = heyoka().TaylorIntegrator(model, tolerance, quad_number)
+        start = np.array([quad_number(float(value)) for value in initial])
     segment = whole_motion(model, integrator, units, start, stop)
     return Reference(
         state=np.array(segment.end[:, 0], dtype=float),

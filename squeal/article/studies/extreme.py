@@ -159,17 +159,20 @@ def in_units(scene: Scene, mass: float, length: float, time: float) -> Scene:
 
 
 def bounce_times(pad: Pad, height: float, cycles: int) -> np.ndarray:
-    """Times (4 cycles,) of the contact changes of the upright pad dropped from a height, both edges
-    each.
+    """Times (4 cycles,) of the contact changes of the upright pad dropped from a height.
 
-    In the air the supports k act alone: y + F_n/k = (height + F_n/k) cos(omega_free t) is zero
-    displacement at cos(omega_free t) = 1/(1 + r), r = k height / F_n. As an arc cosine is rounded
-    for small heights, the fall is written as 2 asin(sqrt(r/(1+r)/2)) / omega_free. It ends with
-    `speed`, by the energy. In contact, with K for k, y + F_n/K = A cos(omega_contact t + phi) goes
-    down from y = 0 and back up to it, in the time 2 (pi - phi) / omega_contact with
+    Both edges change at once: in each cycle both touch, then both separate.
+
+    In the air the supports k act alone, and y + F_n/k = (height + F_n/k) cos(omega_free t). The pad
+    reaches y = 0 where cos(omega_free t) = 1/(1 + r), with r = k height / F_n. An arc cosine would
+    lose digits at small heights: 1 - cos x = 2 sin(x/2)^2 gives the same time of the fall as
+    2 asin(sqrt(r/(1+r)/2)) / omega_free. The pad arrives with `speed`, by the balance of energy.
+
+    In contact, with K for k, y + F_n/K = A cos(omega_contact t + phi) goes down from y = 0 and back
+    up to it, in the time 2 (pi - phi) / omega_contact with
     tan(phi) = (speed / omega_contact) / (F_n/K).
     """
-    k = pad.k1 + pad.k2  # in the air
+    k = pad.k1 + pad.k2  # in the air; both supports of the upright pad are vertical
     K = k + (pad.k3 or 0.0) + (pad.k4 or 0.0)  # in contact
     omega_free = math.sqrt(k / pad.m)
     omega_contact = math.sqrt(K / pad.m)
@@ -180,7 +183,8 @@ def bounce_times(pad: Pad, height: float, cycles: int) -> np.ndarray:
     in_contact = 2 * half_phase / omega_contact
     # both edges touch after the fall, and separate after the time in contact
     bounce = np.array([fall, fall, fall + in_contact, fall + in_contact])
-    return np.concatenate([n * (2 * fall + in_contact) + bounce for n in range(cycles)])
+    cycle = 2 * fall + in_contact  # the pad rises as long as it falls
+    return np.concatenate([n * cycle + bounce for n in range(cycles)])
 
 
 def bounce_error(scene: Scene, motion: Simulation) -> Errors:
