@@ -237,16 +237,17 @@ def cycle_after(cycles: Cycles, pad: DampedContact, state: np.ndarray) -> Cycle 
 
 
 def find_cycle(scene: Scene, family: Family) -> Cycle:
-    """The cycle of a family, from motions of the box and least disturbances.
+    """The cycle of a family: one with its contact changes to which some motion settles.
 
-    Raises ComputationError where none of them leads to it.
+    The motions start from disturbances of the box, then from least disturbances that last. Raises
+    ComputationError where none of them leads to such a cycle.
     """
     mu = float(scene.pad.mu) if family.mu is None else family.mu
     pad = DampedContact(scene, family.a, family.zeta, mu)
     cycles = Cycles(pad)
     searches = [least_disturbance(pad, "displacement", seed) for seed in SEEDS]
     lasting = [LONGER_THAN_LEAST * least.disturbance for least in searches if least is not None]
-    for disturbances in (box(0), np.reshape(lasting, (-1, 6))):
+    for disturbances in (box(0), np.reshape(lasting, (-1, 6))):  # (n, 6) each
         fate = ensemble(pad.law).fate(pad, pad.sliding + disturbances, SETTLED)
         for state in fate.ends[fate.lasts]:
             cycle = cycle_after(cycles, pad, state)
@@ -463,7 +464,10 @@ def both_planes(cycles: Cycles, boundary: Boundary, mu: float) -> BothPlanes:
     def trace_other(
         points: Sequence[Cycle], parameter: int, value: float, other: int
     ) -> list[Cycle]:
-        """Over the other parameter, from where `parameter` has the value of the other plane."""
+        """The boundary over `other`, from where `parameter` has a value: that of the other plane.
+
+        points: of the boundary over `parameter`; the nearest to that value is the guess.
+        """
         nearest = min(points, key=lambda cycle: abs(cycle.x[parameter] - value))
         guess = nearest.x.copy()
         guess[parameter] = value
@@ -503,13 +507,17 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
     curves = []
 
     def store(kind: Kind, over: Plane, points: Sequence[Cycle]) -> None:
+        """Append a boundary to `curves`, if it has points."""
         if not points:
             return
+        # beyond a fold there is no cycle; where a cycle loses its stability, at a period doubling
+        # or a torus, motions near it may go on losing contact all the same
         loses_stability = kind in ("period doubling", "torus")
+        ends_with_stability = loses_stability and not family.last_beyond_torus
         curves.append(
             BoundaryCurve(
                 contacts=family.contacts[0],
-                ends_loss=kind == "fold" or (loses_stability and not family.last_beyond_torus),
+                ends_loss=kind == "fold" or ends_with_stability,
                 kind=kind,
                 over=over,
                 points=tuple(map(boundary_point, points)),

@@ -75,6 +75,11 @@ def touching_part(gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]
     length is g/(g - g_other), g being the gap of that edge. If both touch, the part is the whole
     face; if none does, its half length is 0. Since heyoka compiles one formula for all contact
     states, the cases are told apart by the factors `on` (1 or 0) instead of by branches.
+
+    With gaps -1 and 3, the leading edge alone touches on a quarter of the face, (-1, -0.5):
+
+    >>> touching_part(-1.0, 3.0, (1.0, 0.0))
+    (-0.75, 0.25)
     """
     side = on[1] - on[0]  # -1 or 1: the one edge that touches; 0 where none or both do
     one_edge = side * side
@@ -388,18 +393,22 @@ class Flow:
         equations = _equations(law)
         state = [variable for variable, _ in equations.system]
         parameters = [hy.par[_A], hy.par[_ZETA], hy.par[_MU]]
-        self._log: list[Passage] = []
-        self._invalid: list[float] = []
+        # of the present run, filled by the events: contact changes, and the times at which the
+        # equations ceased to hold
+        self._passages: list[Passage] = []
+        self._times_invalid: list[float] = []
         upwards = hy.event_direction.positive
         downwards = hy.event_direction.negative
-        # expressions that pass zero upwards where the contact of an edge changes
-        changes = [
-            hy.t_event(e, direction=upwards, callback=self._switch(edge), cooldown=0.0)
-            for edge, e in enumerate(heyoka().rising(equations.motion.gaps, equations.on))
-        ]
-        # expressions that pass zero downwards where the equations no longer hold
+        # terminal events: expressions that pass zero upwards where the contact of an edge changes;
+        # without a cooldown, since the same gap may pass zero again, the other way, at once
+        changes = []
+        for edge, expression in enumerate(heyoka().rising(equations.motion.gaps, equations.on)):
+            switch = self._switch_contact(edge)
+            changes.append(hy.t_event(expression, direction=upwards, callback=switch, cooldown=0.0))
+        # events that do not stop a motion: expressions that pass zero downwards where the
+        # equations no longer hold
         ends_of_validity = [
-            hy.nt_event(limit, self._mark(), direction=downwards)
+            hy.nt_event(limit, self._mark_invalid(), direction=downwards)
             for limit in limits(equations.motion)
         ]
         self.ta = hy.taylor_adaptive(
@@ -411,24 +420,26 @@ class Flow:
             pars=np.zeros(_COUNT),
             state=np.zeros(6),
         )
-        # derivatives of the start by itself and by the parameters
+        # derivatives of the first state by itself (the identity) and by the three parameters (zero)
         self._first_derivatives = np.zeros((6, 9))
         self._first_derivatives[:, :6] = np.eye(6)
 
-    def _switch(self, edge: int) -> Callable[[Any, int], bool]:
-        log = self._log
+    def _switch_contact(self, edge: int) -> Callable[[Any, int], bool]:
+        """What heyoka calls where the contact of an edge changes."""
+        passages = self._passages
 
         def switch(ta: Any, _sign: int) -> bool:
             touches = ta.pars[_ON + edge] == 0.0
             ta.pars[_ON + edge] = 1.0 if touches else 0.0
-            log.append(Passage(ta.time, edge, touches))
-            return True
+            passages.append(Passage(ta.time, edge, touches))
+            return True  # the motion goes on
 
         return switch
 
-    def _mark(self) -> Callable[[Any, float, int], None]:
-        marks = self._invalid
-        return lambda _ta, t, _sign: marks.append(t)
+    def _mark_invalid(self) -> Callable[[Any, float, int], None]:
+        """What heyoka calls where the equations cease to hold."""
+        times = self._times_invalid
+        return lambda _ta, t, _sign: times.append(t)
 
     def run(self, pad: DampedContact, state: np.ndarray, time: float) -> Arc:
         """The motion from a state (6,) over a time, both in the units of the motion.
@@ -436,8 +447,8 @@ class Flow:
         Raises ComputationError where it is not finite.
         """
         ta = self.ta
-        self._log.clear()
-        self._invalid.clear()
+        self._passages.clear()
+        self._times_invalid.clear()
         ta.pars[:] = pad.numbers
         ta.pars[_ON : _ON + 2] = np.array(pad.at(state).gaps) < 0.0
         ta.time = 0.0
@@ -447,8 +458,12 @@ class Flow:
         outcome, *_ = ta.propagate_until(time)
         if outcome != heyoka().hy.taylor_outcome.time_limit:
             raise ComputationError("the motion is not finite")
-        matrix = ta.state[6:].reshape(6, 9).copy()
-        return Arc(ta.state[:6].copy(), matrix, tuple(self._log), bool(self._invalid))
+        return Arc(
+            end=ta.state[:6].copy(),
+            matrix=ta.state[6:].reshape(6, 9).copy(),
+            passages=tuple(self._passages),
+            invalid=bool(self._times_invalid),
+        )
 
 
 @lru_cache
@@ -480,18 +495,24 @@ class Ensemble:
         """Compile the equations for `LANES` motions side by side."""
         hy = heyoka().hy
         equations = _equations(law)
-        self._changes = [0] * LANES
+        # of each lane, filled by the events: how often contact has changed since the counts were
+        # set to 0, and whether the equations ceased to hold
+        self._change_counts = [0] * LANES
         self._invalid = [False] * LANES
         upwards = hy.event_direction.positive
         downwards = hy.event_direction.negative
-        # expressions that pass zero upwards where the contact of an edge changes
-        changes = [
-            hy.t_event_batch(e, direction=upwards, callback=self._switch(edge), cooldown=0.0)
-            for edge, e in enumerate(heyoka().rising(equations.motion.gaps, equations.on))
-        ]
-        # expressions that pass zero downwards where the equations no longer hold
+        # terminal events: expressions that pass zero upwards where the contact of an edge changes;
+        # without a cooldown, since the same gap may pass zero again, the other way, at once
+        changes = []
+        for edge, expression in enumerate(heyoka().rising(equations.motion.gaps, equations.on)):
+            switch = self._switch_contact(edge)
+            changes.append(
+                hy.t_event_batch(expression, direction=upwards, callback=switch, cooldown=0.0)
+            )
+        # events that do not stop a motion: expressions that pass zero downwards where the
+        # equations no longer hold
         ends_of_validity = [
-            hy.nt_event_batch(limit, self._mark(), direction=downwards)
+            hy.nt_event_batch(limit, self._mark_invalid(), direction=downwards)
             for limit in limits(equations.motion)
         ]
         self.ta = hy.taylor_adaptive_batch(
@@ -503,17 +524,19 @@ class Ensemble:
             pars=np.zeros((_COUNT, LANES)),
         )
 
-    def _switch(self, edge: int) -> Callable[[Any, int, int], bool]:
-        changes = self._changes
+    def _switch_contact(self, edge: int) -> Callable[[Any, int, int], bool]:
+        """What heyoka calls where the contact of an edge changes in a lane."""
+        counts = self._change_counts
 
         def switch(ta: Any, _sign: int, lane: int) -> bool:
             ta.pars[_ON + edge, lane] = 1.0 - ta.pars[_ON + edge, lane]
-            changes[lane] += 1
-            return True
+            counts[lane] += 1
+            return True  # the motion goes on
 
         return switch
 
-    def _mark(self) -> Callable[[Any, float, int, int], None]:
+    def _mark_invalid(self) -> Callable[[Any, float, int, int], None]:
+        """What heyoka calls where the equations cease to hold in a lane."""
         invalid = self._invalid
 
         def mark(_ta: Any, _t: float, _sign: int, lane: int) -> None:
@@ -525,7 +548,8 @@ class Ensemble:
         """What becomes of motions from states (n, 6).
 
         A motion has come to rest once contact has not changed for the time `RESTS`; it lasts if
-        contact still changes after the time `longest`.
+        contact has changed in each interval `RESTS` up to the time `longest` (rounded up to a
+        multiple of `RESTS`).
         """
         count = len(states)
         ends = np.array(states)
@@ -539,10 +563,10 @@ class Ensemble:
             end = 0.0
             while still_changing.any() and end < longest:
                 end += RESTS
-                self._changes[:] = [0] * LANES
+                self._change_counts[:] = [0] * LANES
                 self.ta.reset_cooldowns()
                 self.ta.propagate_until([end] * LANES)
-                still_changing &= np.array(self._changes) > 0
+                still_changing &= np.array(self._change_counts) > 0
             ends[index] = self.ta.state.T
             lasts[index] = still_changing
             invalid[index] = self._invalid

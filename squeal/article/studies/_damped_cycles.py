@@ -265,10 +265,11 @@ class Cycles:
         return float(np.abs(complex_ones).max()) - 1.0
 
     def grazing(self, edge: int, touches: bool) -> tuple[Condition, Condition]:
-        """Conditions of a grazing at the start: the gap of an edge vanishes and is at rest.
+        """Conditions of a grazing at the start of a cycle: the gap of an edge is all but zero, and
+        its rate is zero.
 
-        touches : whether the edge touches before and after; the gap stays on that side, a hair from
-            zero.
+        touches : whether the edge touches before and after; the gap stays on that side, `CLEAR`
+            away from zero
         """
         offset = -CLEAR if touches else CLEAR
 
@@ -298,14 +299,14 @@ class Cycles:
         if tangent @ direction < 0.0:
             tangent = -tangent
         step = FIRST_STEP
-        while step > SHORTEST_STEP:
+        while step > SHORTEST_STEP:  # the length of the step, halved until it succeeds
             try:
                 guess = x + step * tangent
                 cycle, following = self.solve(guess, free, conditions(), tangent, anchored)
             except ComputationError:
                 step /= 2.0
                 continue
-            if following @ tangent < STRAIGHT:
+            if following @ tangent < STRAIGHT:  # the branch bends too much over the step
                 step /= 2.0
                 continue
             yield cycle

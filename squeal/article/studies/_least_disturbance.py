@@ -43,17 +43,19 @@ class Least(NamedTuple):
 
 
 def unit_disturbances(pad: DampedContact, norm: Norm) -> np.ndarray:
-    """Columns (6, k): disturbances whose combinations have the norm of their coefficients.
+    """Columns (6, k): disturbances of the state; that with the coefficients z has the norm |z|.
 
-    For the energy these are L with q'Kq/2 = |z|^2 E for q = Lz, that is L L' = 2 E K^-1, E the
-    energy of the static compression, and the same of the velocities with the masses.
+    For displacements these are the unit vectors. For the energy, with E that of the static
+    compression, displacements q = L z have q'Kq/2 = |z|^2 E if L L' = 2 E K^-1, and velocities
+    v = D z have v'Mv/2 = |z|^2 E if D = (2 E M^-1)^(1/2).
     """
     if norm == "displacement":
         return np.eye(6)[:, :3]  # x, y and w theta
     undamped = dataclasses.replace(pad, a=0.0, zeta=0.0, mu=0.0)
     mass = np.array([1.0, 1.0, pad.c.I / (pad.c.m * pad.c.w**2)])  # of x, y and w theta
+    # the accelerations of small displacements q are -M^-1 K q
     stiffness = -mass[:, None] * complex_step(undamped.rates, pad.sliding)[3:, :3]
-    static_energy = 0.5 * pad.c.F_n  # the static compression is the unit of length
+    static_energy = 0.5 * pad.c.F_n  # E: the static compression is the unit of length
     flexibility = np.linalg.inv(0.5 * (stiffness + stiffness.T))
     columns = np.zeros((6, 6))
     columns[:3, :3] = np.linalg.cholesky(2.0 * static_energy * flexibility)
@@ -102,12 +104,14 @@ def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None
     width = FIRST_WIDTH
     for _ in range(ROUNDS):
         length = np.linalg.norm(best)
+        # coefficients (candidate, k) of unit length: directions near that of the best, and its own
         candidates = best / length + width * random.normal(size=(CANDIDATES, len(best)))
-        candidates[0] = best  # the same direction, shorter
+        candidates[0] = best
         candidates /= np.linalg.norm(candidates, axis=1)[:, None]
-        # at small widths directions hardly change: lengths are then reduced in proportion
-        shortened = 1.0 - min(1.0, 6.0 * width) * SHORTER
-        candidates *= length * shortened[:, None]
+        # each is shorter than the best by its share in `SHORTER`; at small widths, where directions
+        # hardly change, by less in proportion
+        length_factors = 1.0 - min(1.0, 6.0 * width) * SHORTER
+        candidates *= length * length_factors[:, None]
         lasting = lasts(pad, candidates @ columns.T)
         if lasting.any():
             lengths = np.where(lasting, np.linalg.norm(candidates, axis=1), np.inf)

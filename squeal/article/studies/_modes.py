@@ -29,10 +29,10 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
     continuation = continued(system, values)
     undamped = continuation.problem == "undamped"
     rows = [continuation.at(values[0]).exponents]
-    # index[j]: number of mode j among the roots of the continuation at the present value, where
-    # link.order gives the number after of each root before
+    # index[j]: where mode j stands among the roots of the continuation at the present value; a link
+    # to the next value has in link.order[i] where root i stands there
     index = np.arange(len(rows[0]))
-    budget = itertools.count()  # intervals may be halved without end
+    budget = itertools.count()  # an item for each halving of an interval: as many as are needed
     for a, b in itertools.pairwise(values):
         roots = rows[-1]
         for link in links(continuation.at, a, b, budget):

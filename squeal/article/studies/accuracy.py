@@ -138,7 +138,8 @@ def batch(scene: Scene, tolerance: float) -> Run:
     position = units.to_scaled(motions["final"][0])[:3]
     steps = int(motions["steps"][0])
     times, _points = motions["events"][0].T
-    return Run(position, times / units.time, steps, steps * order(tolerance))
+    evaluations = steps * order(tolerance)  # a Taylor step of order p counts as p
+    return Run(position, times / units.time, steps, evaluations)
 
 
 @lru_cache(maxsize=64)

@@ -250,16 +250,19 @@ def checked_boundary(scene: Scene, curve: BoundaryCurve) -> CheckedBoundary:
 
 
 def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
-    """The greatest modal damping at which a fold ends a stable cycle, 0 where none does.
+    """The greatest modal damping at which a stable cycle exists: there a fold ends it. 0 where no
+    stable cycle exists.
 
-    value: a contact damping if `over` is "a", a friction if it is "mu". Over friction a boundary of
-    lost stability ends, towards lower friction, on the fold: at a lower friction than that of all
-    such ends the cycle is unstable on the fold too, and no stable cycle exists.
+    value: a contact damping if `over` is "a", a friction if it is "mu".
+
+    Over friction the stable cycles lie between a fold, above, and a boundary at which the cycle
+    loses its stability, below. Both meet at the lowest friction of the boundary; at lower friction
+    the fold joins two unstable cycles.
     """
     in_plane = [curve for curve in curves if curve.over == over]
     if over == "mu":
-        unstable_below = [curve for curve in in_plane if curve.kind != "fold" and curve.ends_loss]
-        lowest_mus = [min(point.mu for point in curve.points) for curve in unstable_below]
+        stability_lost = [curve for curve in in_plane if curve.kind != "fold" and curve.ends_loss]
+        lowest_mus = [min(point.mu for point in curve.points) for curve in stability_lost]
         if value < min(lowest_mus, default=0.0):
             return 0.0
     highest = 0.0
@@ -303,12 +306,13 @@ def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | Non
     # of the point before at which both boundaries exist: its contact damping, and log(ratio)
     a_before: float | None = None
     log_before = 0.0
-    for point in sliding:
-        above = height_at(curves, "a", point.a)
-        if above == 0.0 or point.zeta == 0.0:  # one of the boundaries is not there
+    for point in sliding:  # in order of rising contact damping
+        height = height_at(curves, "a", point.a)
+        if height == 0.0 or point.zeta == 0.0:  # one of the boundaries does not exist
             continue
-        log_ratio = float(np.log(above / point.zeta))
+        log_ratio = float(np.log(height / point.zeta))
         if log_ratio < 0.0 and a_before is not None:
+            # of the way from the point before to this one, in log(a)
             share = log_before / (log_before - log_ratio)
             return float(a_before * (point.a / a_before) ** share)
         a_before = point.a
@@ -356,6 +360,7 @@ def repeat(scene: Scene, stored: Sequence[LeastDisturbance]) -> Repeats:
 
 def motion(scene: Scene, stored: Stored, boundaries: Sequence[Boundary]) -> Motion:
     """A motion as it is reported, from its boundaries and what is stored of it."""
+    # the static compression in micrometres, which does not depend on damping
     compression = 1e6 * DampedContact.of(scene, A_RANGE[0], QUOTED_ZETA).length
     mu = float(scene.pad.mu)
     sliding = []
@@ -403,9 +408,9 @@ def study(files: Sequence[Path]) -> Coexistence:
         all_checked += checked
         motions[name] = motion(scene, stored[name], [c.boundary for c in checked])
         repeats.append(repeat(scene, stored[name].least))
-        for shown in motions[name].margins:
-            if inside(motions[name], shown):
-                searches_differ = max(searches_differ, shown.spread)
+        for of_dampings in motions[name].margins:
+            if inside(motions[name], of_dampings):  # then the figure gives its number
+                searches_differ = max(searches_differ, of_dampings.spread)
     check = Checked(
         cycles=sum(len(c.boundary.points) for c in all_checked),
         closure=max(c.closure for c in all_checked),
@@ -432,14 +437,18 @@ def sentences(record: Coexistence) -> Mapping[str, bool]:
     all_boundaries = [*points.boundaries, *line.boundaries, *printed.boundaries]
 
     def points_need_less(on_points: Margin) -> bool:
-        """Whether the line needs more than twice as much at the same dampings, or never lasts."""
+        """Whether a disturbance lasts on the points, and the line at the same dampings needs more
+        than twice its size, or comes to rest from all disturbances."""
+        if on_points.micrometres is None:
+            return False
         on_line = line.margin(on_points.a, on_points.zeta)
         if on_line is None or on_line.micrometres is None:
-            return on_points.micrometres is not None
-        return (on_points.micrometres or np.inf) < 0.5 * on_line.micrometres
+            return True
+        return on_points.micrometres < 0.5 * on_line.micrometres
 
     def grows_with_modal_damping(motion: Motion) -> bool:
-        """Whether the least disturbances grow with it at `A_OVER_FRICTION`, where any lasts."""
+        """Whether the least disturbances that last grow with modal damping at `A_OVER_FRICTION`."""
+        # margins come in order of rising modal damping
         at_one_a = [m.compressions for m in motion.margins if m.a == A_OVER_FRICTION]
         lasting = [size for size in at_one_a if size is not None]
         return lasting == sorted(lasting)
@@ -479,6 +488,7 @@ def sentences(record: Coexistence) -> Mapping[str, bool]:
         ),
         "margin-grows-with-modal-damping": grows_with_modal_damping(points)
         and grows_with_modal_damping(line),
+        # where no motion lasts (None) the sentence does not hold
         "a-few-micrometres-suffice": (points.quoted.micrometres or np.inf) < 6.0
         and (line.quoted.micrometres or np.inf) < 20.0,
         "box-shares-hide-the-margin": points.quoted.share > 0.7 and line.quoted.share > 0.7,

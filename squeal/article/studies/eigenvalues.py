@@ -232,18 +232,19 @@ class FrictionLoop(NamedTuple):
 def friction_loop(scene: Scene) -> FrictionLoop:
     """The loop about the sliding equilibrium of a scene. Raises ComputationError without one.
 
-    K is linear in mu at a fixed place, so that Phi = K(0) - K(1). Its singular value decomposition
-    has as many inputs as it has rank.
+    K is linear in mu at a fixed place, so that Phi = -dK/dmu = K(0) - K(1). By its singular value
+    decomposition it is inputs times outputs, of as many columns and rows as its rank.
     """
     analysis = analyse(scene)
     model = damped_model(scene)
     pad = scene.pad
     q = np.array(analysis.q)
-    rate = math.sqrt(pad.k1 / pad.m)
+    rate = math.sqrt(pad.k1 / pad.m)  # the unit of frequency
     to_lengths = np.diag([1.0, 1.0, 1.0 / pad.w])  # theta from w theta
     K_0 = linearise(model.replace(mu=0.0), q, analysis.state).K
     K_1 = linearise(model.replace(mu=1.0), q, analysis.state).K
-    phi = to_lengths @ (K_0 - K_1) @ to_lengths / pad.k1  # over w theta, in units of k1
+    # all matrices belong to (x, y, w theta), and are in units of m, k1 and `rate`
+    phi = to_lengths @ (K_0 - K_1) @ to_lengths / pad.k1
     left, singular_values, right = np.linalg.svd(phi)
     rank = int(np.sum(singular_values > RANK * singular_values[0]))
     return FrictionLoop(
@@ -404,6 +405,7 @@ def loop_of(scene: Scene) -> Loop | Missing:
             frozen = margins[0]
         if analysis.judgement.verdict == "stable":
             modulus = modulus_margin(loop, mu)
+    # frictions at which the equilibrium that follows friction loses its stability
     losses = [p.mu for p in thresholds.points if p.kind in ("flutter", "divergence")]
     return Loop(
         contact=analysis.contact,

@@ -161,20 +161,22 @@ class EquilibriumShares(NamedTuple):
 def equilibria(scene: Scene, pads: Pad, cells: int = COARSE) -> EquilibriumShares:
     """Shares of the map with sliding equilibria, of the scene with the parameters of each pad.
 
-    pads: parameters are numbers or arrays (n,); cells: of the map a side.
+    pads: parameters are numbers or arrays (n,); cells: how many along each side of the map.
     """
-    a1, a2 = _angles(cells)
+    a1, a2 = _angles(cells)  # (points,) each
     names = ("h", "I", "k1", "k2", "mu", "k_c", "y0")
     parameters = np.broadcast_arrays(*(getattr(pads, name) for name in names))
     count = len(parameters[0])
     points = len(a1)
     # all angles of the first pad, then those of the next
     repeated = [np.repeat(values, points) for values in parameters]
+    # (parameter, count * points)
     rows = np.array([np.tile(a1, count), np.tile(a2, count), *repeated])
     computed = codes_at(scene, ("alpha1", "alpha2", *names), rows)
     stable = np.isin(computed.codes, STABLE)
 
     def share(holds: np.ndarray) -> np.ndarray:
+        """The share (n,) of the map on which something holds, of each pad."""
         return np.asarray(holds.reshape(count, points).mean(axis=1))
 
     return EquilibriumShares(
@@ -214,7 +216,8 @@ def study(files: Sequence[Path]) -> MapRanges:
     printed, complete = _shares(pad)
     sweeps = {}
     for axis, (name, values) in enumerate(VALUES.items()):
-        # at each value whether both readings hold at all points of the map
+        # at each value, whether the printed and the complete conditions hold at each point of the
+        # map
         holds = [bounds(with_other(name, v), _angles(CELLS)) for v in values.tolist()]
         other_axes = tuple(i for i in range(len(VALUES)) if i != axis)
         sparse = values[np.linspace(0, len(values) - 1, SPARSE).astype(int)]

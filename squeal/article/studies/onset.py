@@ -242,7 +242,8 @@ def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
     airborne = case.shares.get(NONE, 0.0)
     peaks = force_peaks(case, line)
     position = case.second if line else None
-    if np.isnan(case.first.high):  # no contact; the force of an edge that is off alone is 0
+    # without any contact; if one edge alone is separated, the forces are numbers, 0 at that edge
+    if np.isnan(case.first.high):
         lost = 1.0
         airborne = 1.0
         peaks = ForcePeaks(0.0, None, None)
@@ -274,7 +275,10 @@ class Late(NamedTuple):
 
 
 def settle(starts: Sequence[DampedStart], before: float, observed: float) -> Late:
-    """The motions after a time `before`, and what they do for a time `observed` from then on, s."""
+    """The motions after a time `before` (s), and what they do in the time `observed` (s) after it.
+
+    The starts have pads of one model and formulation.
+    """
     _, second_signal = starts[0].model.law.plotted
     line = not second_signal.is_force  # on the line it is delta
     first = run(starts, before)
@@ -284,7 +288,7 @@ def settle(starts: Sequence[DampedStart], before: float, observed: float) -> Lat
     if not valid:
         return Late(ends, settled)
     late = run([DampedStart(starts[i].model, ends[i]) for i in valid], observed, measures)
-    for row, i in enumerate(valid):
+    for row, i in enumerate(valid):  # a row of `late` for each valid motion
         if late["valid"][row]:
             case = case_of(late, row, starts[i].model.pad.V)
             full = float(late["shares"][row, FULL_CONTACT])
@@ -350,18 +354,20 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
     growth_rate = growth(scene, ratio)
     unstable = (growth_rate or 0.0) > 0.0
     sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
-    states = disturbed(np.array([scene.initial, *sampled]), repeat)  # the reference one first
+    # the motion from the reference initial conditions comes first
+    states = disturbed(np.array([scene.initial, *sampled]), repeat)
     late = settle_late([DampedStart(model, state) for state in states], scene.stop)
     reference, *others = late.settled
     lasting = [motion for motion in others if motion and motion.goes_on]
+    # of all motions, the reference one included
     liveliest: Settled | None = None
-    state = np.full(6, np.nan)  # of the liveliest motion
-    for motion, state_of_motion in zip(late.settled, late.states, strict=True):
+    state_of_liveliest = np.full(6, np.nan)
+    for motion, state in zip(late.settled, late.states, strict=True):
         if motion is None or not motion.goes_on:
             continue
         if liveliest is None or motion.liveliness > liveliest.liveliness:
             liveliest = motion
-            state = state_of_motion
+            state_of_liveliest = state
     row = After(
         ratio=ratio,
         own=reference,
@@ -373,7 +379,7 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
         liveliest=liveliest,
         growth=growth_rate,
     )
-    return AfterAndState(row, state)
+    return AfterAndState(row, state_of_liveliest)
 
 
 def repeats(scene: Scene, ratio: float, row: After) -> list[After]:
@@ -402,7 +408,7 @@ def _points(scene: Scene, orbits: Sequence[Orbit]) -> list[CyclePoint]:
         peaks = force_peaks(case_of(measured, i), scene.model == "B2")
         points.append(
             CyclePoint.of(
-                peaks,
+                peaks,  # leading and trailing
                 mu=orbit.value,
                 period=1e3 * orbit.period,
                 changes=len(orbit.contacts),
@@ -441,14 +447,20 @@ def decay(pad: Shooting, cycle: Cycle) -> float:
 
 
 def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
-    """The periodic motion that a state (SI) has settled to, followed in mu both ways; the reason
-    where it is not periodic."""
+    """The periodic motion that a motion has settled to, continued to lesser and greater mu.
+
+    state (6,), SI units: of the motion after it has settled. Missing where it is not periodic.
+    """
     assert scene.stop is not None
     with_damping = damped(scene, RATIO)
     settled = dataclasses.replace(
-        with_damping, initial=tuple(state.tolist()), stop=OBSERVED * scene.stop, start="origin"
+        with_damping,
+        initial=tuple(state.tolist()),
+        stop=OBSERVED * scene.stop,
+        start="origin",  # `initial` counts from the origin, as `state` does
     )
     try:
+        # since it has settled already, it must repeat itself within one time `stop`
         answer = periodic_motions(settled, ("mu", 0.0, GREATEST), windows=1)
         if answer.source is None:
             return Missing(answer.reason)
@@ -486,10 +498,11 @@ class ValidPart(NamedTuple):
 
 
 def _valid_part(orbits: Sequence[Orbit], own: int) -> ValidPart:
-    """The part of a branch about the cycle with the index `own`, as far as it is valid both ways.
+    """The part of a branch in which the surface is faster than the lower face, to both sides of the
+    cycle with the index `own`.
 
-    `reaches` is the friction at the end of it that is not an end of the branch, at the latter one
-    in the order of `orbits` where there are two.
+    `reaches` is None if this is the whole branch. If it ends within the branch at both its ends,
+    `reaches` is the friction at the end with the greater index.
     """
     reaches = None
     begin = own
@@ -539,13 +552,13 @@ def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:
     factor alone gives `RATIO` at omega = (k1/m)^(1/2).
     """
     assert scene.stop is not None
-    rate = np.sqrt(scene.pad.k1 / scene.pad.m)
-    kinds = {"mass": (2 * RATIO * rate, 0.0), "stiffness": (0.0, 2 * RATIO / rate)}  # alpha, beta
+    omega = np.sqrt(scene.pad.k1 / scene.pad.m)
+    kinds = {"mass": (2 * RATIO * omega, 0.0), "stiffness": (0.0, 2 * RATIO / omega)}  # alpha, beta
     by_kind = {}
     for name, factors in kinds.items():
         model = damped_model(dataclasses.replace(scene, damping=Damping(rayleigh=factors)))
         later = settle([DampedStart(model, state)], LONGER * scene.stop, OBSERVED * scene.stop)
-        (by_kind[name],) = later.settled
+        by_kind[name] = later.settled[0]  # of the only motion
     return by_kind
 
 
@@ -557,14 +570,16 @@ def contact_growth(scene: Scene, a: float) -> float:
 
         a k p (load of a unit normal force) (derivative of the gap by x, y and theta)'
 
-    B1 has two points, the edges; the line of B2 is integrated by Gauss points along the face. The
-    springs of B1 are relaxed in the undisplaced pose, those of B2 where the face meets the surface.
+    B1 has two points, the edges; the line of B2 is integrated by Gauss points along the face. A
+    point of B1 has p = 0 in the undisplaced pose, a point of B2 where it meets the surface.
     """
     equilibrium = analyse(scene)
     pad = scene.pad
     _, y, theta = equilibrium.q
     cosine = np.cos(pad.theta0 + theta)
     sine = np.sin(pad.theta0 + theta)
+    # points: from -1, the leading edge, to 1; k: the stiffness of each; relaxed_drop: the value of
+    # its `drop`, see below, at which p = 0 if y = 0
     if scene.model == "B2":
         points, weights = np.polynomial.legendre.leggauss(8)
         k = (pad.k_c or 0.0) * weights / 2
@@ -579,7 +594,8 @@ def contact_growth(scene: Scene, a: float) -> float:
     p = np.maximum(drop - relaxed_drop - y, 0.0)
     arm = pad.h if scene.model == "B2" else drop  # of friction, as Eqs. (6) and (10) have it
     ones = np.ones(len(points))
-    loads = np.array([pad.mu * ones, ones, side + pad.mu * arm])  # F_x, F_y and moment
+    # F_x, F_y and moment of a unit normal force with its friction
+    loads = np.array([pad.mu * ones, ones, side + pad.mu * arm])
     gap_derivatives = np.array([0.0 * ones, ones, side])  # by x, y and theta
     C = a * (loads * k * p) @ gap_derivatives.T
     spectrum = complex_eigenvalues(equilibrium.matrices.M, C, equilibrium.matrices.K)

@@ -60,9 +60,9 @@ class QuasiStatic(Result):
 def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
     """The curve K31 = h K11 where R_n > 0, for mu > 0, as points (alpha1, alpha2) in rad.
 
-    A map has four codes, by the sign of K31 - h K11 and that of R_n; its boundaries are traced, and
-    those between two regions of R_n > 0 belong to the curve. They lie on it where it passes from
-    cell to cell, and on chords between; they end within the cell before R_n changes its sign.
+    A map has four codes, by the sign of K31 - h K11 and that of R_n. Its boundaries are traced, and
+    those between two regions of R_n > 0 belong to the curve. Their points lie on it at the edges of
+    the cells, with chords between; they end within the cell in which R_n changes its sign.
     """
     angles = math.pi * (np.arange(cells) + 0.5) / cells
 

@@ -99,10 +99,13 @@ class Sets(Result):
 
 
 def ratios(points: Scene, line: Scene) -> dict[str, float]:
-    """Ratios of the parameters and initial values of both models to w, m, k1 and F_n / k1."""
+    """Ratios of the parameters and initial values of both models to w, m, k1 and F_n / k1.
+
+    What both models share is read from the line (B2).
+    """
     b1 = points.pad
     b2 = line.pad
-    sag = b2.F_n / b2.k1
+    sag = b2.F_n / b2.k1  # the length over which initial values and y0 count
     return {
         "h": b2.h / b2.w,
         "I": b2.I / (b2.m * (b2.w**2 + b2.h**2) / 3.0),
@@ -133,10 +136,11 @@ def parameters(points: Scene, line: Scene) -> dict[str, float]:
 
 
 def edges_apart(line: Scene, in_equilibrium: State) -> dict[str, float]:
-    """Shares of the time in which edges of the face are off, on two springs in place of the line.
+    """Shares of the time in which edges of the face are separated, on two springs in place of the
+    line.
 
     `lost`: an edge that touches in the sliding equilibrium of the line (`in_equilibrium`); `apart`:
-    any edge. The springs lie inside the edges and may touch while an edge is off.
+    any edge. The springs lie inside the edges and may touch while an edge is separated.
     """
     run = simulate(on_springs(line, 2).replace(V=None, outputs=("history",), samples=SAMPLES))
     assert run.history is not None
@@ -168,7 +172,9 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
         verdicts[name] = analyse(scenes[name]).judgement.verdict
         if has_heyoka():
             late[name] = repeats(scenes[name], RATIO, after(scenes[name], RATIO).row)
+    # share of the initial conditions, in each repeat
     lasting = {name: [row.lasting / row.starts for row in rows] for name, rows in late.items()}
+    # of B2 (c), up to its own friction
     thresholds = critical_friction(b2["c"], b2["c"].pad.mu).points
 
     def cases_with(verdict: str | None) -> dict[str, tuple[str, ...]]:
@@ -181,15 +187,15 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     without = cases_with(None)
     some_model_without = {*without["B1"], *without["B2"]}
     with_equilibria = [case for case in CASES if case not in some_model_without]  # of both models
-    two_points = []
+    two_points = []  # lost and apart of each case of the line on two springs
     for case in with_equilibria:
         state = contact_states[stem("B2", case)]
         assert state is not None
         two_points.append(edges_apart(b2[case], state))
 
     def mean(share: str) -> dict[str, float]:
-        """`lost` or `apart` over the cases in which both models have an equilibrium, by model and
-        of two points."""
+        """The mean of `lost` or `apart` over the cases in which both models have an equilibrium, by
+        model and of two points."""
         means = {}
         for model in ("B1", "B2"):
             shares = [getattr(motions[stem(model, case)], share) for case in with_equilibria]
