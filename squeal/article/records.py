@@ -102,7 +102,8 @@ def _from(kind: Any, value: Any, at: Place) -> Any:
             pairs = enumerate(zip(kinds, value, strict=True))
             return tuple(_from(k, entry, at / i) for i, (k, entry) in pairs)
     if origin is dict and isinstance(value, dict):
-        return {key: _from(inner[1], entry, at / key) for key, entry in value.items()}
+        _, kind_of_entry = inner  # keys are text, as in every JSON file
+        return {key: _from(kind_of_entry, entry, at / key) for key, entry in value.items()}
     if dataclasses.is_dataclass(kind) and isinstance(value, dict):
         # some classes that are no records, such as outlines, have a reader of their own
         if not issubclass(kind, Record) and hasattr(kind, "from_dict"):  # type: ignore[arg-type]

@@ -16,7 +16,7 @@ from squeal.schema import Place, read_content
 
 
 def options(parser: Parser) -> None:
-    """Options of `squeal cite`."""
+    """Options of `squeal article cite`."""
     parser.add_argument(
         "results",
         nargs="*",

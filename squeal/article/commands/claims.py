@@ -18,7 +18,7 @@ SCENES = ROOT / "article" / "scenes"
 
 
 def options(parser: Parser) -> None:
-    """Options of `squeal claims`."""
+    """Options of `squeal article claims`."""
     parser.add_argument(
         "--scenes",
         type=Path,

@@ -24,7 +24,7 @@ MINUTES = numbers("a number of at least 0", lambda minutes: minutes >= 0.0, floa
 
 
 def options(parser: Parser) -> None:
-    """Options of `squeal identify`."""
+    """Options of `squeal article identify`."""
     for key, choices in FORMULATION_CHOICES.items():
         parser.add_argument(
             f"--{key.replace('_', '-')}", choices=choices, default=choices[0], help="formulation"

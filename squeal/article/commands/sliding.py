@@ -134,13 +134,13 @@ def text(answer: dict[str, Any]) -> str:
         ),
     ]
     if "equilibria" in answer:
-        heads = ("  x, m", "y, m", "theta, rad", "R_n, N", "delta, m", "contact", "verdict")
-        rows = [(*heads, "admissible")]
+        heads = [f"{name}, {unit}" if unit else name for name, unit in UNITS.items()]
+        rows = [heads]
         for e in answer["equilibria"]:
-            x, *numbers = [number(e[key]) for key in ("x", "y", "theta", "R_n", "delta")]
-            rows.append(
-                (f"  {x}", *numbers, e["contact"], e["verdict"], yes_or_no[e["admissible"]])
-            )
+            row = [number(e[key]) for key in ("x", "y", "theta", "R_n", "delta")]
+            rows.append([*row, e["contact"], e["verdict"], yes_or_no[e["admissible"]]])
+        for row in rows:
+            row[0] = f"  {row[0]}"  # indents the table
         listed = "sliding equilibria, least potential energy first\n" + table(rows)
         if not answer["equilibria"]:
             listed = "no sliding equilibrium was found: no steady sliding exists near the pad"
@@ -158,7 +158,7 @@ def _warnings(answer: dict[str, Any]) -> list[str]:
 
 
 def options(parser: Parser) -> None:
-    """Options of `squeal sliding`."""
+    """Options of `squeal article sliding`."""
     map_of_angles = "where (23a, b) hold over both spring angles, as in Fig. 13,"
     take_files(parser, table="the equilibria", figure=map_of_angles)
 

@@ -15,7 +15,7 @@ from squeal.io.writing import aligned_text as table
 
 
 def options(parser: Parser) -> None:
-    """Options of `squeal take`."""
+    """Options of `squeal article take`."""
     parser.add_argument(
         "name",
         nargs="?",
@@ -55,7 +55,7 @@ def run(given: argparse.Namespace) -> Reply:
     build = build_folder(given.build)
     try:
         taken = take(given.name, build, given.to)
-    except InputError:
+    except InputError:  # a ValueError that says by itself what is wrong
         raise
     except (ValueError, LookupError, TypeError):
         words = "holds a damaged file; a build by `make report` is allowed"

@@ -46,16 +46,16 @@ def modes_figure(record: Stability) -> Figure:
     """
     scenes = scenes_of(record)
     shown = []  # of each panel its column and row, the mode, and the outlines of the pad
-    pads = []  # all outlines
+    all_outlines = []
     shapes = []
     for column, scene in enumerate(scenes):
         if isinstance(scene.equilibrium, Modes):
             for row, mode in enumerate(scene.equilibrium.modes):
                 lines = pads_of(scene, scene.equilibrium, mode)
                 shown.append((column, row, mode, lines))
-                pads += lines
+                all_outlines += lines
                 shapes.append(shape_of(mode))
-    corners = np.concatenate(pads)
+    corners = np.concatenate(all_outlines)
     surface = [-s.h / s.w for s in scenes]  # its height below the centre, in half lengths
     # limits of the axes with margins; some of the surface is shown
     left, lowest = corners.min(axis=0) - 0.08

@@ -102,8 +102,8 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
     """Work (J) of the contact forces on a closed path in partial contact, and the greatest contact
     energy (J) on it.
 
-    The path is a circle in (y, w theta) without friction, passed through once; its work is found
-    by the trapezoidal rule, which converges geometrically for a closed smooth path.
+    The path is a circle in (y, w theta), passed through once, without friction. The work on it
+    comes from the trapezoidal rule, which converges geometrically for a closed smooth path.
     """
     frictionless = pad.replace(mu=0.0)
     formulation = Formulation(line_force=line_force)  # type: ignore[arg-type]
@@ -112,15 +112,16 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
     radius = 1e-4 * pad.w
     # the tilt moves the edges by 19 radii and more: the leading edge alone touches
     tilts = (20 * radius + radius * np.cos(angles)) / pad.w
-    level = _pressed(frictionless, 0.0, float(tilts[0]))[1]  # the middle of the face at the surface
+    # y of the centre of the circle: there the middle of the face is at the surface
+    centre = _pressed(frictionless, 0.0, float(tilts[0]))[1]
     work = 0.0
     energy = 0.0
     step = 2 * math.pi / PATH * radius  # of the arc
     for angle, tilt in zip(angles, tilts, strict=True):
-        q = np.array([0.0, level + radius * math.sin(angle), tilt - frictionless.theta0])
+        q = np.array([0.0, centre + radius * math.sin(angle), tilt - frictionless.theta0])
         at = pose_of(np, tuple(q))
         load = model.law.loads(model.c, at, LEAD)
-        # F_y dy + M dtheta along the circle
+        # F_y dy + M dtheta with dy = cos(angle) step and w dtheta = -sin(angle) step
         work += load.y * step * math.cos(angle) - load.moment * step * math.sin(angle) / pad.w
         energy = max(energy, float(model.law.energy(model.c, at, LEAD)))
     return float(work), energy
@@ -190,7 +191,7 @@ def contact_loss_point(pad: Pad) -> Measured:
         for height in random.uniform(-1.5, 1.5, count):
             y = -pad.y0 + height * pad.w * tilt
             gap_l, gap_t = gaps(c, pose_of(math, (0.0, y, tilt - pad.theta0)))
-            by_penetration = (gap_l < 0.0, gap_t <= 0.0)
+            by_penetration = (gap_l < 0.0, gap_t <= 0.0)  # equality as by Eq. (12)
             is_near_a_change = abs(abs(height) - 1.0) <= 1e-3  # where rounding may decide either
             if _touching_by_equation(pad, y, tilt) != by_penetration and not is_near_a_change:
                 wrong += 1

@@ -98,8 +98,8 @@ class _Power:
     def observe(self, segment: Segment) -> None:
         """Append to `columns` and `partial` the steps of the next segment.
 
-        A load does the work: integral over the step of (F_x, F_y, M) . (x_dot, y_dot, theta_dot).
-        That of friction is what the contact does beyond the contact without friction.
+        The work of a load in a step is the integral of (F_x, F_y, M) . (x_dot, y_dot, theta_dot).
+        The load of friction is that of the contact less that of the contact without friction.
         """
         model = self._model
         grid = Grid(segment, NODES)
@@ -115,14 +115,16 @@ class _Power:
         power = (np.array([normal, friction, damping]) * rates).sum(axis=1)  # (load, node, step)
         work = np.tensordot(grid.weights, power, (0, 1)) * segment.steps.h  # (load, step)
         energies = self._energies(q, rates, on[:, None])  # (row, node, step)
-        if not self.columns:
+        if not self.columns:  # the begin of the run: its first node, without works
             start = [grid.t[0, 0], *energies[:, 0, 0], 0.0, 0.0, 0.0]
             self.columns.append(np.array(start)[:, None])
         works_before = self.columns[-1][5:, -1:]  # normal, friction, damping: the last three rows
         works = works_before + work.cumsum(axis=1)
+        # the ends of the steps: their last nodes
         self.columns.append(np.array([grid.t[-1], *energies[:, -1], *works]))
-        # some point touches, and another one does not
-        self.partial.append((on.max(axis=0) > 0.0) & (on.min(axis=0) <= 0.0))
+        some_point_touches = on.max(axis=0) > 0.0
+        some_point_is_separated = on.min(axis=0) <= 0.0
+        self.partial.append(some_point_touches & some_point_is_separated)
         self.kinetic = max(self.kinetic, float(energies[0].max()))
 
 
@@ -136,9 +138,21 @@ def contact_work(scene: Scene) -> Works:
     integrator = make_integrator(model, scene.tolerance, "auto")
     integrate(model, integrator, units, start, stop, [power.observe], dense=True)
     t, *rows = np.concatenate(power.columns, axis=1)
-    kinetic, springs, contact, load, *works = (row * units.energy for row in rows)
-    energies = Energies(t * units.time, kinetic, springs, contact, load - load[0], *works)
-    # of each step, with none before and after the run; a change at index k is at time t[k]
+    kinetic, springs, contact, load, normal, friction, damping = (
+        row * units.energy for row in rows
+    )
+    energies = Energies(
+        t=t * units.time,
+        kinetic=kinetic,
+        springs=springs,
+        contact=contact,
+        load=load - load[0],  # the work of the brake force is the change of this row
+        normal=normal,
+        friction=friction,
+        damping=damping,
+    )
+    # of each step, with no partial contact before and after the run; step k goes from time t[k] to
+    # t[k + 1], so that a change at index k is at time t[k]
     in_partial_contact = np.concatenate([[False], *power.partial, [False]])
     changes = np.flatnonzero(in_partial_contact[1:] != in_partial_contact[:-1])
     fed = energies.fed

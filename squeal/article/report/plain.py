@@ -53,6 +53,7 @@ def table_rows(tex: str) -> Sequence[list[str]]:
 
     A cell that spans several columns is followed by empty ones.
     """
+    # without the end and the begin, whose columns may be in braces: \begin{tabular}{lr@{\,}l}
     inside = re.sub(r"\\begin\{tabular\}\{(?:[^{}]|\{[^{}]*\})*\}|\\end\{tabular\}", "", tex)
     rows: list[list[str]] = []
     for row in re.split(r"\\\\", _RULE.sub("", inside)):

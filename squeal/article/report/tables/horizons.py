@@ -34,6 +34,7 @@ def table(horizon: Horizon) -> str:
         rows = []
         for run in horizon.with_model(model):
             power = f"$10^{{{round(math.log10(run.stiffness))}}}$"
+            # the least horizon of several runs; of the other two columns that at the first level
             in_doubles = None if run.horizon is None else run.horizon[0]
             predicted = run.predicted if run.exponent > 0.0 else None
             rows.append(

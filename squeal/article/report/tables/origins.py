@@ -23,16 +23,19 @@ def _stem(file: str) -> str:
 
 
 def table() -> str:
-    """The table in LaTeX, a row per figure, then a row per table."""
+    """The table in LaTeX, a row per figure, then a row per table but for this one."""
+    this_table = __name__.rpartition(".")[2]
     rows = []
     for name, figure in FIGURES.items():
         results = [_stem(file) for file in figure.reads]
+        # run times are measured and drawn by `benchmarks/precision.py`
         script = "precision.py" if figure.measured else f"figures/{figure.module}.py"
         rows.append(_row("Fig.", name, script, results, f"snakemake {report_file(name)}"))
     for name in TABLES:
-        if name == __name__.rpartition(".")[2]:
+        if name == this_table:
             continue
         module = import_module(f"squeal.article.report.tables.{name}")
+        # the parameters of `table` have the names of the results that it reads
         results = list(inspect.signature(module.table).parameters)
         needed = " ".join(map(result_file, results))
         target = f"snakemake {needed}" if needed else "make report"

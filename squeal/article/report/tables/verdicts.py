@@ -58,11 +58,11 @@ def table(ensemble: Ensemble) -> str:
         return [statement, *(entry(ensemble.shares[name].get(group)) for group in GROUPS)]
 
     rows = [row(statement, name) for name, statement in NAMES.items()]
-    alike = []
+    alike = []  # releases from a share of the load, which of the models loses contact longer
     for load, statement in LOADS.items():
         alike.append(row(f"{statement}: points longer", f"points_longer_{load}"))
         alike.append(row("\\quad line longer", f"line_longer_{load}"))
-    damped = []  # known of the first group alone
+    damped = []  # known of the first group alone: the other cells stay empty
     for model, statement in COEXIST.items():
         share = entry(ensemble.coexist.get(model))
         damped.append([statement, share, *[""] * (len(GROUPS) - 1)])
