@@ -6,10 +6,14 @@ import functools
 import numpy as np
 import pytest
 
+from squeal.article.figures import outcomes
 from squeal.article.studies import onset
 from squeal.article.studies._damped_contact import DampedContact
+from squeal.article.studies.basin import Basin
+from squeal.article.studies.grazing import Grazing
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
+from squeal.errors import ComputationError
 from squeal.io.scene import read_scene
 from squeal.linear.thresholds import CriticalPoint
 from tests.article.plain import Plain, move
@@ -56,6 +60,26 @@ def test_sentences_fall_where_nothing_lasts():
     assert not checks["d-survives-other-damping"]
     assert not checks["d-goes-on-beside-stable-sliding"]
     assert checks["d-comes-to-rest-with-the-printed-law"]
+
+
+def test_sliding_is_not_stable_where_there_is_no_equilibrium(monkeypatch):
+    assert onset.slides_stably(scene("b1-d"), onset.RATIO)
+    assert not onset.slides_stably(scene("b2-c"), onset.RATIO)
+
+    def no_equilibrium(_):
+        raise ComputationError("no sliding equilibrium was found")
+
+    monkeypatch.setattr(onset, "analyse", no_equilibrium)
+    assert not onset.slides_stably(scene("b1-d"), onset.RATIO)
+
+
+def test_a_figure_without_a_trailing_blow_says_so():
+    rest = onset.After(0.005, None, 4, 0, 0, 0, 0.0, None, None)
+    record = onset.Onset(after={"b1-d": (rest,)}, cycles={}, other_damping={}, contact_damping={})
+    drawing = outcomes.draw(
+        record, Basin(shares={}, compression={}), Grazing(blows=(), grazes=None, crosses=None)
+    )
+    assert "No trailing blow" in drawing.alternative
 
 
 def test_strong_damping_brings_all_to_rest():

@@ -112,8 +112,9 @@ def draw(onset: Onset, basin: Basin, grazing: Grazing) -> Drawing:
     """The figure, ready to be saved."""
     title = "What lasts with damping"
     made = [record.provenance for record in (onset, basin, grazing)]
-    if not onset.after or grazing.grazes is None or grazing.crosses is None:
-        return blank(title, onset.left_out, __name__, *made)
+    if grazing.grazes is None or grazing.crosses is None or not onset.after:
+        why = onset.left_out or "No trailing blow of B2 (c) begins or counts at the damping ratios."
+        return blank(title, why, __name__, *made)
     lasting = []
     for name, rows in _energy_consistent(onset).items():
         for row in rows:

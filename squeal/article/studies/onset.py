@@ -330,11 +330,17 @@ def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:
 
 
 def growth(scene: Scene, ratio: float) -> float | None:
-    """Greatest real part of the eigenvalues about the equilibrium, 1/ms."""
+    """Greatest real part of the eigenvalues about the equilibrium, 1/ms; None without one."""
     try:
         return analyse(damped(scene, ratio)).spectrum.dominant.value.real / 1e3
     except ComputationError:
         return None
+
+
+def slides_stably(scene: Scene, ratio: float) -> bool:
+    """Whether there is a sliding equilibrium about which no mode grows at a damping ratio."""
+    growth_rate = growth(scene, ratio)
+    return growth_rate is not None and growth_rate <= 0.0
 
 
 class AfterAndState(NamedTuple):
@@ -352,7 +358,7 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
     assert scene.stop is not None
     model = damped_model(damped(scene, ratio))
     growth_rate = growth(scene, ratio)
-    unstable = (growth_rate or 0.0) > 0.0
+    unstable = growth_rate is not None and growth_rate > 0.0
     sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
     # the motion from the reference initial conditions comes first
     states = disturbed(np.array([scene.initial, *sampled]), repeat)
@@ -484,7 +490,7 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
         reaches=valid.reaches,
         closed=CLOSED_CURVE in answer.ends,
         threshold=next((point.mu for point in thresholds if point.kind == "flutter"), None),
-        sliding=(growth(scene, RATIO) or 0.0) <= 0.0,
+        sliding=slides_stably(scene, RATIO),
         unstable=_unstable(thresholds),
     )
 
