@@ -147,8 +147,8 @@ def tilted_up(case: Case) -> Outcome:
 def trailing_edge_alone(case: Case) -> Outcome:
     """Where contact is lost, it is at the trailing edge; without a loss nothing contradicts it.
 
-    The margin is the share of time in which the leading edge touches if the edge never separates,
-    else minus the share in which it is separated.
+    If the leading edge is separated for a share of the time above `TOUCH`, the margin is minus that
+    share; else it is the share in which the leading edge touches, 1 but for `TOUCH`.
     """
     # shares of time in which the edges are separated
     leading = case.separated[LEADING] / case.duration

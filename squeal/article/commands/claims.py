@@ -52,7 +52,10 @@ def sets(files: Sequence[Path]) -> dict[str, list[Path]]:
 
 
 def text(record: Claims, others: Mapping[str, Claims]) -> str:
-    """The claims for people; of each how many parameter sets satisfy it, if there are several."""
+    """The claims for people, each with how many of the parameter sets satisfy it.
+
+    record: the claims on the reference set; others: those on the other sets, by name.
+    """
     sets_of_claims = [record.claims, *(other.claims for other in others.values())]
     rows = [("claim", "statement", "verdict", "margin", "sets", "measured")]
     # of each claim the verdicts on all sets, the reference set first

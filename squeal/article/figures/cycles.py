@@ -55,10 +55,10 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
         axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[first])])
     for edge, look in EDGES.items():
         values = [getattr(point, edge) for point in cycles.branch]
-        if None not in values:  # only points of contact have edges' forces
+        if None not in values:  # B1 alone has forces at the edges
             axes.plot(mu, values, gid=edge, **look)
             _label(axes, mu, np.array(values), edge, SHIFTS[edge])
-    if cycles.own.leading is not None:
+    if cycles.own.leading is not None:  # on the line nothing else is drawn beside the sum
         _label(axes, mu, peak, "sum", 2.0)
     axes.plot(cycles.own.mu, cycles.own.peak, "o", mfc="none", mec="k", ms=5)
     high = 1.2 * peak.max()

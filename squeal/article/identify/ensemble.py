@@ -148,8 +148,8 @@ def _motions(
 ) -> Arrays:
     """The arrays that `simulate_many` returns, of the motions of some pads.
 
-    task: the pads, first states (n, 6) and lengths of time (n,), in the units of the pads. All
-    motions run side by side; those that are `_unsure` of it are run again alone.
+    task: the pads, first states (n, 6) and lengths of time (n,), in the units of the pads. The
+    motions run side by side; those that may be wrong, see `_unsure`, are run again alone.
     """
     pads_as_given, initial, duration = task
     n = len(duration)

@@ -326,20 +326,22 @@ class Computed(NamedTuple):
 def computed(numbers: Numbers) -> Computed:
     """Compute all motions and equilibria of some sets, see `Computed`."""
     n = len(numbers["h"])
+    # by model: of each case the pads (n,) and their own first states (n, 6)
     stacks: dict[str, list[PadModel]] = {}
+    own_starts: dict[str, np.ndarray] = {}
     equilibria: EquilibriaByModel = {}
     first: dict[str, Motions] = {}
     locked: dict[str, Motions] = {}
     loads: dict[str, list[Motions]] = {}
     for model in MODELS:
         of_model = [stacked(numbers, model, case, CONSISTENT) for case in CASES]
-        states = np.array([starts(numbers, stack) for stack in of_model])
         stacks[model] = of_model
-        equilibria[model] = [assessed_equilibria(stack) for stack in of_model]
-        first[model] = motions(of_model, states, REPEATS)
+        own_starts[model] = np.array([starts(numbers, pads) for pads in of_model])
+        equilibria[model] = [assessed_equilibria(pads) for pads in of_model]
+        first[model] = motions(of_model, own_starts[model], REPEATS)
         # a huge moment of inertia stops rotation
-        not_turning = [stack.replace(I=LOCKED * np.asarray(stack.pad.I)) for stack in of_model]
-        locked[model] = motions(not_turning, states, ONCE_MORE)
+        not_turning = [pads.replace(I=LOCKED * np.asarray(pads.pad.I)) for pads in of_model]
+        locked[model] = motions(not_turning, own_starts[model], ONCE_MORE)
         loads[model] = []
         for load in LOADINGS:
             releases = []  # first states (n, 6) of each case
@@ -348,9 +350,8 @@ def computed(numbers: Numbers) -> Computed:
                 releases.append(released(pads, of_case, heights))
             loads[model].append(motions(of_model, np.array(releases), ONCE_MORE))
     # the pads of the line on two springs that have its stiffness together
-    springs = [PadModel("BN", stack.pad, Formulation(springs=2)) for stack in stacks["B2"]]
-    states = np.array([starts(numbers, stack) for stack in stacks["B2"]])
-    two_springs = motions(springs, states, ONCE_MORE, edge_shares)
+    springs = [PadModel("BN", pads.pad, Formulation(springs=2)) for pads in stacks["B2"]]
+    two_springs = motions(springs, own_starts["B2"], ONCE_MORE, edge_shares)
     small_releases = []  # first states (n, 6) of each case
     for pads, of_case in zip(stacks["B1"], equilibria["B1"], strict=True):
         small_releases.append(released(pads, of_case, np.full(n, LOW)))
@@ -612,8 +613,8 @@ def row(block: Computed, index: int) -> Row:
     if any((block.first[model].row[0, :, index] < 0).any() for model in MODELS):
         return Row("start")  # in some case there is no initial state
     repeats = []
-    for k in range(REPEATS):
-        verdicts = verdicts_of_repeat(block, k, index)
+    for number in range(REPEATS):
+        verdicts = verdicts_of_repeat(block, number, index)
         if verdicts is None:
             return Row("left")  # a motion left the model
         repeats.append(verdicts)

@@ -161,7 +161,6 @@ def scenes_of(
     n: Numbers, formulation: Formulation, tolerance: float = 1e-12
 ) -> dict[Model, dict[str, Scene]]:
     """The eight dimensionless scenes of one parameter set (n = 1): model, then case."""
-
     speed = float(speed_limit(n)[0])
 
     def scene(model: Model, case: str) -> Scene:

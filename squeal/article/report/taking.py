@@ -201,6 +201,7 @@ def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
 
     figure = FIGURES[name]
     reads = _built_files(build, figure.reads)
+    # of `draw`: files of the build, and words such as the name of a model
     arguments = [str(build / word) if "/" in word else word for word in figure.arguments]
     module = f"squeal.article.figures.{figure.module}"
     drawing = call(import_module(module).draw, arguments)

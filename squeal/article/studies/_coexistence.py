@@ -257,10 +257,11 @@ def find_cycle(scene: Scene, family: Family) -> Cycle:
 
 
 def boundary_along(cycles: Cycles, cycle: Cycle, parameter: int, sign: float) -> Boundary | None:
-    """The first boundary of a stable cycle as the modal damping (`LOG_ZETA`) or friction (`MU`)
-    rises or falls; None where the cycle leaves the plane before or no boundary is found.
+    """The first boundary of a stable cycle as a parameter rises (sign 1) or falls (-1): the modal
+    damping (`LOG_ZETA`) or friction (`MU`).
 
     A branch that turns back has passed a fold; a cycle that is unstable lies beyond a boundary too.
+    None where the cycle leaves the plane before, or Newton's method does not find the boundary.
     """
     before = cycle
     for following in cycles.branch(cycle.x, [parameter], direction_of(parameter, sign)):
@@ -319,10 +320,11 @@ def conditions_of(cycles: Cycles, kind: Kind) -> list[Condition]:
 
 
 def grazing_along_zeta(cycles: Cycles, cycle: Cycle, sign: float) -> Grazing | None:
-    """The first grazing of a stable cycle as the modal damping rises or falls.
+    """The first grazing of a stable cycle as the modal damping rises (sign 1) or falls (-1).
 
     Between two neighbours of the branch an excursion of an edge has appeared or vanished: one of
-    them has two contact changes more. None where the cycle turns back or loses its stability first.
+    them has two contact changes more. None where the branch turns back, the cycle loses its
+    stability or the modal damping leaves the plane first.
     """
     if not cycle.stable:
         return None
@@ -386,7 +388,8 @@ def trace(
     Parameters
     ----------
     first : the cycle on the boundary from which it is traced
-    free : indices into X of the two parameters of the plane; the first begins to fall, then to rise
+    free : indices into X of the two parameters of the plane: from `first` one way begins with a
+        fall of the first of them, the other way with its rise
     conditions : makes the functions of X that vanish on the boundary
     critical : how many of the leading multipliers lie on the unit circle
     anchored : see `Cycles.solve`

@@ -312,4 +312,4 @@ class Cycles:
             yield cycle
             x = cycle.x
             tangent = following
-            step = min(1.4 * step, LONGEST_STEP)
+            step = min(1.4 * step, LONGEST_STEP)  # after a success the next one is longer

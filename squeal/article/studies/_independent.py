@@ -501,9 +501,10 @@ class _Run:
 def motion(
     name: str, pad: Pad, initial: np.ndarray, times: np.ndarray, most: int = 10**7
 ) -> Motion:
-    """The motion of a pad of model B1 or B2 from (x, y, theta, rates), at rising times from 0.
+    """The motion of a pad of model B1 or B2 at rising times from 0, in SI units.
 
-    Raises ComputationError after `most` contact changes.
+    initial (6,): x, y, theta and their rates; most: how many contact changes are allowed, after
+    which ComputationError is raised.
     """
     run = _Run(name, pad, np.asarray(initial))
     states = []

@@ -420,7 +420,7 @@ def loop_of(scene: Scene) -> Loop | Missing:
         modulus=modulus,
         followed=losses[0] if losses else None,
         ends=thresholds.end if followed.mus[-1] < GREATEST else "",
-        locus=locus(gains, loop.rate * values),
+        locus=locus(gains, loop.rate * values),  # in 1/s
         path=locus(followed.mus, followed.poles),
         apart=max(followed.apart, frozen_distance(loop, gains, values)),
     )

@@ -324,7 +324,7 @@ def study(files: Sequence[Path]) -> Ensemble:
     """
     table, damped_file, searches_file = files
     rows = population.read(table)
-    heights = population.drawn()["h"][: len(rows)].tolist()
+    heights = population.drawn()["h"][: len(rows)].tolist()  # h/w of each set
     valid = [row for row in rows if row.outcome == "valid"]
     flat = []
     for row, height in zip(rows, heights, strict=True):

@@ -289,7 +289,7 @@ def cases() -> Iterator[Case]:
         yield Case("units", f"{model}, {name}", scene, compared)
     flying = Pad(**(UPRIGHT | {"k1": 0.0, "k2": 0.0, "F_n": 1.0}))
     scene = Scene("B1", flying, initial=(0, 5.0, 0, 0, 0, 40.0), stop=1.0, samples=2)
-    turned = right_angle / 40.0  # s, until it has turned by 90 degrees
+    turned = right_angle / 40.0  # s, until it has turned by 90 degrees at 40 rad/s
     yield Case("limits", "B1, overturns", scene, compared, "past 90 degrees", turned)
 
 

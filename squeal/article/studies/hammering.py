@@ -110,7 +110,8 @@ def _lose_contact(scene: Scene, equilibrium: Equilibrium, heights: np.ndarray) -
 def least_height(scene: Scene) -> float | None:
     """The least height above the equilibrium from which contact is lost, see `Hammering.amplitude`.
 
-    By the steps of `KICKS`, then by finer ones below the first that loses it; None without any.
+    The heights of `KICKS` are tried first, then finer ones up to the first of them from which
+    contact is lost. None where it is lost from none.
     """
     equilibrium, _ = sliding_equilibrium(scene.pad_model)
     assert equilibrium is not None
@@ -197,7 +198,8 @@ def heights_between(amplitude: Mapping[str, float | None], low: str, high: str) 
 
 def sentences(record: Hammering) -> Mapping[str, bool]:
     """What the paper says of these motions."""
-    # cases that hammer by model, by least impulse and observation time, and by the latter alone
+    # the cases that hammer, by model: by least impulse of a blow and observation time ("0.2, 10"),
+    # and by observation time at the reference impulse
     by_level_and_time = record.hammering
     by_time = {windows: by_level_and_time[f"{LEVEL}, {windows}"] for windows in WINDOWS}
     # over one observation time

@@ -243,9 +243,9 @@ def sentences(record: Sets) -> Mapping[str, bool]:
     first = record.sets[REFERENCE]
     hammering = [s.hammering for s in sets]  # by set and model the cases
     both = [set(by_model["B1"]) & set(by_model["B2"]) for by_model in hammering]
-    without_batches = not first.lasting
-    outrunning = {}
-    without = {}
+    without_batches = not first.lasting  # then no damped motions were simulated
+    outrunning = {}  # by set the motions whose lower face is as fast as the surface
+    without = {}  # by set and model the cases without a sliding equilibrium
     beside_stable_sliding = set()  # set, model and case in which contact goes on changing
     for name, of_set in record.sets.items():
         if of_set.outruns:

@@ -22,4 +22,4 @@ def table(hammering: Hammering) -> str:
                 cases = hammering.hammering[f"{level}, {times}"][model]
                 row.append(", ".join(cases) or "--")
         rows.append(row)
-    return tabular("r" + "l" * 6, head, [rows])
+    return tabular("r" + "l" * (len(head) - 1), head, [rows])

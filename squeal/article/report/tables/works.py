@@ -23,5 +23,6 @@ def table(energy: Energy) -> str:
                 works = [episode.fed for episode in motion.working_episodes(sign)]
                 row += [number(1e3 * sum(works), 3) if works else "0", str(len(works))]
             row.append(number(1e3 * motion.kinetic, 3))
-        groups.setdefault(name[:2], []).append(row)
+        model = name.partition("-")[0]
+        groups.setdefault(model, []).append(row)
     return tabular("lrrrrrrr", [*head, "kinetic"], list(groups.values()))
