@@ -206,8 +206,8 @@ def hammering_cases(cases: Mapping[str, Case], level: float = LEVEL) -> dict[str
     b2: list[str] = []
     for name, case in cases.items():
         if hammers(case, level).margin > 0.0:
-            of_model = b1 if name.startswith("b1") else b2
-            of_model.append(name[-1])
+            cases_of_model = b1 if name.startswith("b1") else b2
+            cases_of_model.append(name[-1])
     return {"B1": tuple(b1), "B2": tuple(b2)}
 
 

@@ -31,8 +31,9 @@ def main(given: Sequence[str] | None = None) -> int:
 
 
 def _run(chosen: argparse.Namespace) -> int:
+    """Draw a figure from its arguments and save it."""
     drawing = call(import_module(f"{figures.__name__}.{chosen.module}").draw, chosen.arguments)
-    drawing.alternative.encode("ascii")
+    drawing.alternative.encode("ascii")  # raises where a format could not hold the text
     save(drawing, chosen.out, text=chosen.out.suffix == ".pdf")
     return 0
 

@@ -39,6 +39,7 @@ def links(model: Model) -> dict[tuple[str, str], int]:
 
 
 def _box(axes: Axes, model: Model, label: str, at: tuple[float, float]) -> None:
+    """Draw a state, by its label, and its meaning in a box with the centre `at`."""
     meaning = contact_law(model).meanings[label].replace(" in contact", "").replace("surface ", "")
     head = state_label(label)
     box = {"boxstyle": "round,pad=0.35", "fc": "white", "ec": colours(model)[label], "lw": 1.6}

@@ -46,6 +46,7 @@ def _mark(axes: Axes, poles: np.ndarray, name: str) -> None:
 
 
 def _panel(axes: Axes, loop: Loop) -> None:
+    """Draw both loci of a loop, and marks at three frictions."""
     axes.axvline(0.0, color="0.6", lw=0.6, zorder=0)
     _curves(axes, loop.path, "followed", FOLLOWED)
     _curves(axes, loop.locus, "frozen", FROZEN)

@@ -28,6 +28,7 @@ AREAS: dict[int, dict[str, Any]] = {
 
 
 def _episodes(axes: Axes, motion: Motion) -> None:
+    """Shade the episodes in which the contact law does work."""
     for sign, look in AREAS.items():
         for episode in motion.working_episodes(sign):
             axes.axvspan(episode.start, episode.stop, zorder=0, **look)

@@ -47,6 +47,7 @@ _FORCES = {
 
 
 def _caption(name: str) -> str:
+    """The caption of a motion by the name of its scene, such as b1-a."""
     model, case = name.upper().split("-")
     return (
         f"Model {model}, case ({case.lower()}): {_FORCES[model]}. Below: the contact state over "

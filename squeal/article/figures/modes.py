@@ -28,6 +28,7 @@ def pads_of(scene: SceneStability, equilibrium: Modes, mode: ModeShape) -> list[
 
 
 def _panel(axes: Axes, lines: list[np.ndarray], mode: ModeShape) -> None:
+    """Draw the outlines of the pad in a mode, with its frequency and its growth rate."""
     draw_pad(axes, lines)
     growth = mode.growth_rate / 1e3
     rate = f", ${growth:+.2g}$/ms" if growth else ""

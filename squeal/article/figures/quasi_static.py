@@ -56,6 +56,7 @@ def quasi_static_figure(record: QuasiStatic, angles: Angles) -> Figure:
 
 
 def _panels_of_conditions(record: QuasiStatic) -> tuple[MapPanel, MapPanel, MapPanel]:
+    """The panels (a) to (c), which need no case."""
     share = record.share
     return (
         (f"(a) as printed: {100 * share.as_printed:.1f} %", record.as_printed, BLACK),

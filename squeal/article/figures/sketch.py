@@ -63,6 +63,7 @@ def _arrow(
 
 
 def _size(axes: Axes, a: Vector, b: Vector, text: str, shift: Vector) -> None:
+    """Draw a dimension line from a to b with its text, moved by `shift` from the middle."""
     line = {"arrowstyle": "<->", "linewidth": 0.6, "color": _GREY, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", a, b, arrowprops=line)
     _text(axes, np.add(a, b) / 2 + shift, text)
@@ -156,6 +157,7 @@ def _surroundings(axes: Axes, level: float, corner_of: dict[str, Vector]) -> Non
 
 
 def _point_contacts(axes: Axes, corner_of: dict[str, Vector], level: float) -> None:
+    """Draw the springs under both edges, down to the surface at the height `level`."""
     for corner, number, side in (("l", "3", -0.26), ("t", "4", 0.33)):
         foot = np.array([corner_of[corner][0], level])
         _line(axes, _coil(corner_of[corner], foot, turns=4))

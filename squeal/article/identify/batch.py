@@ -40,6 +40,7 @@ class BatchMachine(Machine):
         """The callback that flips the contact of a point in a lane."""
 
         def in_a_lane(ta: Adaptive, _sign: int, lane: int) -> bool:
+            """Flip the contact and log the change; the motion goes on."""
             self.flip(point, lane)
             motion = self.first_motion + lane
             state = self.columns[lane].tobytes()
@@ -91,8 +92,8 @@ class TaylorBatch(HeyokaIntegrator):
                 times = np.array(record.times)  # (s + 1, lanes)
                 series = np.array(record.series)  # (s, 6, p, lanes)
                 for lane in range(LANES):
-                    of_lane = dense_output(times[:, lane], series[..., lane], offset + lane)
-                    parts.append(of_lane)
+                    output_of_lane = dense_output(times[:, lane], series[..., lane], offset + lane)
+                    parts.append(output_of_lane)
         return Segment(
             law=self.model.law,
             c=Coefficients(*parameters[: len(NAMES)]),

@@ -156,8 +156,8 @@ def _motions(
     from squeal.article.identify.batch import LANES, TaylorBatch  # where heyoka is installed
 
     # natural units of each pad, (n,), in which all motions are computed
-    of_pads = vars(natural_units(pads_as_given, initial.T)).values()
-    units = Units(*(np.broadcast_to(v, n) for v in of_pads))  # type: ignore[arg-type]
+    unit_arrays = vars(natural_units(pads_as_given, initial.T)).values()
+    units = Units(*(np.broadcast_to(v, n) for v in unit_arrays))  # type: ignore[arg-type]
     model = units.scaled(pads_as_given)
     scaled_initial = units.to_scaled(initial.T)
     stop = duration / units.time

@@ -51,9 +51,9 @@ def margins(
             valid[i] &= len(cases) == len(CASES)
     table = np.full((n, len(CLAIMS)), np.nan)
     for i in np.flatnonzero(valid).tolist():
-        of_scenes = measured[i] | {"b3": linear_of_set(numbers, i)}
+        measures_by_scene = measured[i] | {"b3": linear_of_set(numbers, i)}
         for column, claim in enumerate(CLAIMS):
-            outcome = arrangement.outcome(claim, of_scenes)
+            outcome = arrangement.outcome(claim, measures_by_scene)
             if outcome is not None:
                 table[i, column] = outcome.margin
     return table, valid

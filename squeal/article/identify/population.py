@@ -87,6 +87,7 @@ EQUAL = "="
 
 
 def _bounded(d: Dimension) -> Dimension:
+    """A dimension within the bounds of brake pads, for friction and load."""
     unit = STIFFNESS * LENGTH
     if d.name == "mu":
         return d._replace(high=FRICTION, reason="brake linings")
@@ -334,27 +335,27 @@ def computed(numbers: Numbers) -> Computed:
     locked: dict[str, Motions] = {}
     loads: dict[str, list[Motions]] = {}
     for model in MODELS:
-        of_model = [stacked(numbers, model, case, CONSISTENT) for case in CASES]
-        stacks[model] = of_model
-        own_starts[model] = np.array([starts(numbers, pads) for pads in of_model])
-        equilibria[model] = [assessed_equilibria(pads) for pads in of_model]
-        first[model] = motions(of_model, own_starts[model], REPEATS)
+        pads_of_cases = [stacked(numbers, model, case, CONSISTENT) for case in CASES]
+        stacks[model] = pads_of_cases
+        own_starts[model] = np.array([starts(numbers, pads) for pads in pads_of_cases])
+        equilibria[model] = [assessed_equilibria(pads) for pads in pads_of_cases]
+        first[model] = motions(pads_of_cases, own_starts[model], REPEATS)
         # a huge moment of inertia stops rotation
-        not_turning = [pads.replace(I=LOCKED * np.asarray(pads.pad.I)) for pads in of_model]
+        not_turning = [pads.replace(I=LOCKED * np.asarray(pads.pad.I)) for pads in pads_of_cases]
         locked[model] = motions(not_turning, own_starts[model], ONCE_MORE)
         loads[model] = []
         for load in LOADINGS:
             releases = []  # first states (n, 6) of each case
-            for pads, of_case in zip(of_model, equilibria[model], strict=True):
-                heights = heights_of_load(pads, of_case, load)
-                releases.append(released(pads, of_case, heights))
-            loads[model].append(motions(of_model, np.array(releases), ONCE_MORE))
+            for pads, equilibria_of_case in zip(pads_of_cases, equilibria[model], strict=True):
+                heights = heights_of_load(pads, equilibria_of_case, load)
+                releases.append(released(pads, equilibria_of_case, heights))
+            loads[model].append(motions(pads_of_cases, np.array(releases), ONCE_MORE))
     # the pads of the line on two springs that have its stiffness together
     springs = [PadModel("BN", pads.pad, Formulation(springs=2)) for pads in stacks["B2"]]
     two_springs = motions(springs, own_starts["B2"], ONCE_MORE, edge_shares)
     small_releases = []  # first states (n, 6) of each case
-    for pads, of_case in zip(stacks["B1"], equilibria["B1"], strict=True):
-        small_releases.append(released(pads, of_case, np.full(n, LOW)))
+    for pads, equilibria_of_case in zip(stacks["B1"], equilibria["B1"], strict=True):
+        small_releases.append(released(pads, equilibria_of_case, np.full(n, LOW)))
     small_release = motions(stacks["B1"], np.array(small_releases), ONCE_MORE)
     return Computed(
         stacks=stacks,
@@ -497,8 +498,8 @@ def _verdicts_when_locked(
     """The verdicts locked_line and locked_points of a set, see `VERDICTS`.
 
     points, line: the motions with free rotation, a measured case each. A verdict is left out where
-    no contact is lost with free rotation, or where a motion with locked rotation did not go to its
-    end.
+    in none of them the line separates or an edge of the points loses its force, or where a motion
+    with locked rotation did not go to its end.
     """
     verdicts = {}
     line_locked = _locked(block, "B2", repeat, index)
@@ -631,9 +632,9 @@ def row(block: Computed, index: int) -> Row:
     flutters = []
     without = []
     for model in MODELS:
-        of_cases = [block.equilibria[model][k][index] for k in range(len(CASES))]
-        flutters.append(_letters(e is not None and e.flutters for e in of_cases))
-        without.append(_letters(e is None for e in of_cases))
+        equilibria_of_cases = [block.equilibria[model][k][index] for k in range(len(CASES))]
+        flutters.append(_letters(e is not None and e.flutters for e in equilibria_of_cases))
+        without.append(_letters(e is None for e in equilibria_of_cases))
     return Row(
         outcome="valid" if fastest < SPEED else "outran",
         speed=f"{fastest:.3g}",

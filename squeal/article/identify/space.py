@@ -164,6 +164,7 @@ def scenes_of(
     speed = float(speed_limit(n)[0])
 
     def scene(model: Model, case: str) -> Scene:
+        """The scene of a model and a case."""
         pads = stacked(n, model, case, formulation)
         return Scene(
             model,

@@ -90,8 +90,8 @@ def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, st
     lines += [f"\\setnumber{{{name}}}{{{number}}}\n" for name, number in numbers(texts).items()]
     made["captions"] = "".join(lines)
     # the preamble, which is not among the texts, prints all that `source` holds
-    of_preamble = "".join(f"\\val{{where.{key}}}" for key in source)
-    sources = {**texts, **legends, "preamble.tex": of_preamble}
+    values_of_preamble = "".join(f"\\val{{where.{key}}}" for key in source)
+    sources = {**texts, **legends, "preamble.tex": values_of_preamble}
     made["values"] = values.definitions(sources, results)
     return made
 
@@ -107,6 +107,7 @@ def main(given: Sequence[str] | None = None) -> int:
 
 
 def _run(chosen: argparse.Namespace) -> int:
+    """Write the files that the texts read."""
     texts = {name: (chosen.texts / name).read_text(encoding="utf-8") for name in TEXTS}
     made = written({file.stem: file for file in chosen.results}, texts)
     chosen.out.mkdir(parents=True, exist_ok=True)

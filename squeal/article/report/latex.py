@@ -44,18 +44,20 @@ def typeset(text: str) -> str:
     def token(match: re.Match[str]) -> str:
         """LaTeX of a token, by the name of the group in `_TOKEN` that it matches."""
         word = match.group()
-        if match.lastgroup == "id":  # of a claim
+        kind = match.lastgroup
+        if kind == "id":  # of a claim, such as B2-c
             return escape(word)
-        if match.lastgroup == "number":
+        if kind == "number":  # with a power of ten, such as 1.2e-05
             return f"${number_text(word)}$"
-        if match.lastgroup == "signed":
+        if kind == "signed":  # such as +0.3
             return f"${word}$"
-        if match.lastgroup == "percent":
+        if kind == "percent":
             return r"\,\%"
-        if match.lastgroup == "times":
+        if kind == "times":
             return r" $\times$ "
-        if match.lastgroup == "mark":
+        if kind == "mark":  # one that LaTeX would read as a command
             return _MARKS[word]
+        # a word
         if word in _SYMBOLS or word in _LETTERS:
             return f"${_SYMBOLS.get(word, word)}$"
         return escape(word)

@@ -248,6 +248,7 @@ def _table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
 
 
 def _number(key: str, build: Path, made: Path) -> None:
+    """Write a number as text and as LaTeX, with its origin, into the folder `made`."""
     study = key.partition(".")[0]
     reads = _built_files(build, [result_file(study)])
     try:

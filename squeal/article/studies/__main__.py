@@ -28,6 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(name: str, files: Sequence[Path]) -> int:
+    """Compute a study from its files and print its result."""
     module = import_module(f"squeal.article.studies.{name}")
     # what is imported stays: else the garbage collector searches it again with each long motion
     gc.freeze()

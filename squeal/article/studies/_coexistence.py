@@ -404,6 +404,7 @@ def trace(
         return all(limits[i][0] < cycle.x[i] < limits[i][1] for i in free)
 
     def one_way(sign: float) -> list[Cycle]:
+        """The cycles after `first` to one side, without it."""
         side: list[Cycle] = []
         direction = direction_of(free[0], sign)
         try:

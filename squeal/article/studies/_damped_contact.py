@@ -115,14 +115,14 @@ def edge_forces(
         leading = -on[0] * c.k3 * g[0] * (1.0 - a * rates[0])
         return leading, -on[1] * c.k4 * g[1] * (1.0 - a * rates[1])
     middle, half = touching_part(g[0], g[1], on)
-    share_of_face = half
+    share_of_face = half  # that touches: the half length of the face is 1
     if law.line_force == "mean":
         share_of_face = on[0] + on[1] - on[0] * on[1]  # 1 where anything touches
     leading = 0.0
     trailing = 0.0
     for node in (-GAUSS, GAUSS):
-        position = middle + node * half
-        share_l = 0.5 * (1.0 - position)
+        position = middle + node * half  # on the face, from -1 to 1
+        share_l = 0.5 * (1.0 - position)  # of a force there, borne by the leading edge
         share_t = 0.5 * (1.0 + position)
         gap = share_l * g[0] + share_t * g[1]
         rate = share_l * rates[0] + share_t * rates[1]
@@ -361,6 +361,7 @@ class _Equations(NamedTuple):
 
 
 def _equations(law: ContactLaw) -> _Equations:
+    """Heyoka's expressions of the equations of a law."""
     hy = heyoka().hy
     c = Coefficients(*(hy.par[i] for i in range(_ON)))
     on = (hy.par[_ON], hy.par[_ON + 1])
@@ -573,6 +574,7 @@ class Ensemble:
         return Fate(ends, lasts, invalid)
 
     def _start(self, pad: DampedContact, states: np.ndarray) -> None:
+        """Put the motions of all lanes to their states (lanes, 6) at time 0."""
         ta = self.ta
         self._invalid[:] = [False] * LANES
         ta.pars[:] = pad.numbers[:, None]

@@ -362,7 +362,7 @@ class _Run:
         reached = self._beyond(f, point, high)
         if reached.distance > 0.0:
             return high
-        if reached.rate >= 0.0:  # it comes nearer all the time and has not arrived
+        if reached.rate >= 0.0:  # it still comes nearer
             return None
         first = low
         last = high

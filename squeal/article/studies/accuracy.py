@@ -415,6 +415,7 @@ def sentences(record: Accuracy) -> dict[str, bool]:
     others = [path for path in SOLVERS if not path.startswith(OWN)]
 
     def needs_fewest(case: str) -> bool:
+        """Whether no other integrator reaches the error of a case with as few evaluations."""
         by_squeal = record.least(case, OWN)
         counts = [record.least(case, path) for path in others]
         if by_squeal is None:

@@ -111,10 +111,10 @@ def sentences(record: Basin) -> Mapping[str, bool]:
 
     def shares_at(half_width: float) -> list[SampledShare]:
         """The share of that box for each of `MOTIONS`."""
-        of_box = []
+        rows_of_box = []
         for rows in record.shares.values():
-            of_box += [row for row in rows if row.half_width == half_width]
-        return of_box
+            rows_of_box += [row for row in rows if row.half_width == half_width]
+        return rows_of_box
 
     points_at_one, line_at_one = shares_at(1.0)
     return {

@@ -232,15 +232,15 @@ class CheckedBoundary(NamedTuple):
 def checked_boundary(scene: Scene, curve: BoundaryCurve) -> CheckedBoundary:
     """Integrate the cycles of a stored boundary again."""
     cycles = [cycle_of(scene, point) for point in curve.points]
-    of_cycles = [extremes(cycle) for cycle in cycles]
+    extremes_of_cycles = [extremes(cycle) for cycle in cycles]
     closures = [float(np.abs(cycle.arc.end - cycle.state).max()) for cycle in cycles]
     periods = [1e3 * cycle.period for cycle in cycles]
     boundary = Boundary.of(
         curve,  # contacts, ends_loss, kind and over
         points=tuple(Point(point.a, point.mu, point.zeta) for point in curve.points),
         period=(min(periods), max(periods)),
-        face=max(extreme.face for extreme in of_cycles),
-        factor=min(extreme.factor for extreme in of_cycles),
+        face=max(extreme.face for extreme in extremes_of_cycles),
+        factor=min(extreme.factor for extreme in extremes_of_cycles),
     )
     return CheckedBoundary(
         boundary=boundary,
@@ -397,7 +397,7 @@ def study(files: Sequence[Path]) -> Coexistence:
         return Coexistence(motions={}, checked=None, searches_differ=0.0, left_out=why)
     scenes = read_scenes([f for f in files if f.suffix != ".json"], set(MOTIONS.values()))
     read = [read_json(Stored, file) for file in files if file.suffix == ".json"]
-    stored = {of_motion.motion: of_motion for of_motion in read}
+    stored = {stored_motion.motion: stored_motion for stored_motion in read}
     motions = {}
     all_checked: list[CheckedBoundary] = []
     repeats = []
@@ -408,9 +408,9 @@ def study(files: Sequence[Path]) -> Coexistence:
         all_checked += checked
         motions[name] = motion(scene, stored[name], [c.boundary for c in checked])
         repeats.append(repeat(scene, stored[name].least))
-        for of_dampings in motions[name].margins:
-            if inside(motions[name], of_dampings):  # then the figure gives its number
-                searches_differ = max(searches_differ, of_dampings.spread)
+        for disturbance in motions[name].margins:
+            if inside(motions[name], disturbance):  # then the figure gives its number
+                searches_differ = max(searches_differ, disturbance.spread)
     check = Checked(
         cycles=sum(len(c.boundary.points) for c in all_checked),
         closure=max(c.closure for c in all_checked),

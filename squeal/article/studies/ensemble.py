@@ -259,7 +259,7 @@ def agrees(stored: Row, again: Row) -> bool:
     for old, new in zip(stored.verdicts, again.verdicts, strict=True):
         if old != new and UNDECIDED not in (old, new):
             return False
-    allowed = ROUNDED + float(stored.spread) + float(again.spread)
+    allowed = ROUNDED + float(stored.spread) + float(again.spread)  # per mille, as the shares are
     for share_of_time in ("lost1", "lost2", "apart1", "apart2"):  # empty where there is none
         old = getattr(stored, share_of_time)
         new = getattr(again, share_of_time)
@@ -301,9 +301,9 @@ def _shares(groups: Mapping[str, Sequence[Row]]) -> dict[str, dict[str, Share]]:
     for name, answer in PROPERTIES.items():
         shares[name] = {}
         for group, rows in groups.items():
-            of_group = share([answer(row) for row in rows])
-            if of_group is not None:
-                shares[name][group] = of_group
+            share_of_group = share([answer(row) for row in rows])
+            if share_of_group is not None:
+                shares[name][group] = share_of_group
     return shares
 
 
@@ -311,9 +311,9 @@ def _coexist(damped: Sequence[lasting.Lasting]) -> dict[str, Share]:
     """By model the share of damped sets with sustained loss of contact beside stable sliding."""
     shares = {}
     for name, models in MODELS.items():
-        of_model = share([lasts(of_set.cases, models) for of_set in damped])
-        if of_model is not None:
-            shares[name] = of_model
+        share_of_models = share([lasts(of_set.cases, models) for of_set in damped])
+        if share_of_models is not None:
+            shares[name] = share_of_models
     return shares
 
 

@@ -137,8 +137,8 @@ def reference_height(scene: Scene) -> float:
 
 def mean_lost(motions: Mapping[str, Motion], model: str) -> float:
     """Mean of `lost` over the four cases of a model, 0 of a case without equilibrium."""
-    of_model = [m for name, m in motions.items() if name.startswith(model.lower())]
-    return sum(m.lost or 0.0 for m in of_model) / len(of_model)
+    motions_of_model = [m for name, m in motions.items() if name.startswith(model.lower())]
+    return sum(m.lost or 0.0 for m in motions_of_model) / len(motions_of_model)
 
 
 def locked_cases(scenes: Mapping[str, Scene]) -> dict[str, tuple[str, ...]]:
@@ -205,9 +205,10 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
     # over one observation time
     first = {name: by_windows["1"] for name, by_windows in record.motions.items()}
     lost = {name: m.lost or 0.0 for name, m in first.items()}
+    # on points some edge separates; the line separates as a whole
     points_separated = {name for name, m in first.items() if name[:2] == "b1" and m.apart > 0.0}
     line_separated = {name for name, m in first.items() if name[:2] == "b2" and m.separated > 0.0}
-    strong_blows = [by_level_and_time[f"0.5, {windows}"]["B1"] for windows in WINDOWS]
+    hammering_strongly = [by_level_and_time[f"0.5, {windows}"]["B1"] for windows in WINDOWS]
     return {
         "points-separate-in-all-cases-the-line-in-c": len(points_separated) == len(CASES)
         and line_separated == {"b2-c"},
@@ -215,7 +216,7 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
         "b1-hammers-in-c-and-d": by_time[1]["B1"] == ("c", "d"),
         "b1-hammers-by-level-and-time": by_level_and_time["0.2, 10"]["B1"] == ("c", "d")
         and not by_level_and_time["0.2, 1"]["B1"]
-        and not any(strong_blows),
+        and not any(hammering_strongly),
         "b2-c-at-every-level": all("c" in cases["B2"] for cases in by_level_and_time.values()),
         "b1-loses-more": record.mean_lost["B1"] > record.mean_lost["B2"],
         "the-line-loses-more-in-c": (lost["b2-c"] > lost["b1-c"] + 0.05)

@@ -206,11 +206,11 @@ def study(files: Sequence[Path]) -> MapRanges:
     """The map about the scene of case (c) of model B2, whose pad the four cases share."""
     scene = read_scenes(files, ["b2-c"])["b2-c"]
     pad = scene.pad
-    of_scene = {"h/w": pad.h / pad.w, "k2/k1": pad.k2 / pad.k1, "mu": pad.mu}
+    values_of_scene = {"h/w": pad.h / pad.w, "k2/k1": pad.k2 / pad.k1, "mu": pad.mu}
 
     def with_other(name: str, value: Any) -> Pad:
         """The pad with another value of one parameter of the map."""
-        changed = of_scene | {name: value}
+        changed = values_of_scene | {name: value}
         return with_values(pad, changed["h/w"], changed["k2/k1"], changed["mu"])
 
     printed, complete = _shares(pad)
@@ -223,7 +223,7 @@ def study(files: Sequence[Path]) -> MapRanges:
         sparse = values[np.linspace(0, len(values) - 1, SPARSE).astype(int)]
         shares = equilibria(scene, with_other(name, sparse))
         sweeps[name] = Sweep(
-            own=of_scene[name],
+            own=values_of_scene[name],
             values=tuple(values.tolist()),
             printed=tuple(float(at_value.as_printed.mean()) for at_value in holds),
             complete=tuple(float(at_value.complete.mean()) for at_value in holds),

@@ -571,10 +571,11 @@ def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:
 def contact_growth(scene: Scene, a: float) -> float:
     """Greatest growth rate (1/s) about sliding where each contact point bears k p (1 + a p').
 
-    p is its penetration, p' = -(rate of the gap). The damping matrix about the equilibrium is
-    therefore the sum over the points of
+    p is its penetration, and p' = -g' v for the velocity v of (x, y, theta), where g' is the row of
+    derivatives of the gap. The normal force of a point changes by a k p p' = -a k p g' v, so that
+    the damping matrix about the equilibrium is the sum over the points of
 
-        a k p (load of a unit normal force) (derivative of the gap by x, y and theta)'
+        a k p (load of a unit normal force) g'
 
     B1 has two points, the edges; the line of B2 is integrated by Gauss points along the face. A
     point of B1 has p = 0 in the undisplaced pose, a point of B2 where it meets the surface.

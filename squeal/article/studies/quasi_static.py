@@ -103,6 +103,8 @@ def quasi_static(
     maps = quasi_static_map(pad, cells)
 
     def region(reading: str) -> Outline:
+        """Where a reading of the conditions holds, by the name of its field."""
+
         def codes_at(angles: np.ndarray) -> np.ndarray:
             return np.asarray(getattr(bounds(pad, angles), reading)).astype(int)
 

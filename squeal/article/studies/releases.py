@@ -97,11 +97,11 @@ def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
 
     def motions(model: str, load: float) -> list[Motion]:
         """The motions of a model released from a load, one for each of `cases`."""
-        of_cases = []
+        motions_of_cases = []
         for name in [stem(model, case) for case in cases]:
             start = released(scenes[name], equilibria[name], load)
-            of_cases.append(motion(measure(start), equilibrium_contact(scenes[name])))
-        return of_cases
+            motions_of_cases.append(motion(measure(start), equilibrium_contact(scenes[name])))
+        return motions_of_cases
 
     loads = {}
     for load in LOADS:

@@ -134,13 +134,13 @@ def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
     # the reference initial conditions last
     cases = measured_cases(scene, np.append(starts, [scene.initial], axis=0), windows)
     *kinds, reference_kind = map(kind, cases)
-    of_map = np.array(kinds)
+    kinds_of_map = np.array(kinds)
     is_equilibrium = (height == 0.0) & (tilt == 0.0)  # where the pad stays at rest
-    others = of_map[~is_equilibrium]
+    others = kinds_of_map[~is_equilibrium]
     return Map(
         windows=windows,
         # a digit for each kind, a row for each tilt
-        rows=tuple("".join(map(str, row)) for row in of_map.reshape(SIDE, SIDE).tolist()),
+        rows=tuple("".join(map(str, row)) for row in kinds_of_map.reshape(SIDE, SIDE).tolist()),
         own=reference_kind,
         share={name: float(np.mean(others == i)) for i, name in enumerate(KINDS)},
     )

@@ -34,12 +34,14 @@ def _cases(cases: tuple[str, ...]) -> str:
 
 
 def _ratio(key: str, value: float) -> str:
+    """A ratio, marked where it lies within 1 % of an end of its searched range."""
     near = any(abs(value / edge - 1.0) < 0.01 for edge in EDGES.get(key, ()))
     mark = r"$^\dagger$" if near else ""
     return number(value, 3) + mark
 
 
 def _fastest(of_set: ParameterSet, model: str) -> str:
+    """The speed of the fastest lower face of a model over V, marked where it reaches 1."""
     speed = of_set.fastest(model)
     mark = OUTSIDE if speed >= 1.0 else ""
     return number(speed, 2) + mark
@@ -50,6 +52,7 @@ def _share(value: float) -> str:
 
 
 def _lasting(sets: Sets, name: str, model: str) -> str:
+    """The cases in which contact goes on changing, each with its share of initial conditions."""
     of_set = sets.sets[name]
     shown = []
     for case, share in of_set.beside(model).items():

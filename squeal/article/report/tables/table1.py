@@ -12,6 +12,7 @@ SPRINGS = ("3", "4")  # of the leading and of the trailing edge
 
 
 def _rows(condition: Condition) -> list[list[str]]:
+    """A row for each edge that must pass, the first with the names of both states."""
     name = contact_law("B1").state_name
     rows: list[list[str]] = []
     for edge, rising in condition.edges:
