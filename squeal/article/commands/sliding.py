@@ -39,8 +39,8 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     """
     model = damped_model(scene)
     lever = np.array([1.0, 1.0, scene.pad.w])  # displacements of (x, y, theta) in m
-    equilibria = find_all(model)  # with `on_branch` and `beyond` of none
-    taken, _ = sliding_equilibrium(model)  # with both
+    equilibria = find_all(model)  # which leaves `on_branch` and `beyond` empty
+    taken, _ = sliding_equilibrium(model)  # which fills in both
     if taken is not None:
         # `taken` replaces the one of the list that is the same to within Newton's accuracy
         same = 1e-6 * np.abs(taken.q * lever).max()

@@ -89,7 +89,7 @@ def coupling_figure(record: Stability) -> Figure:
             lower.set_xlabel(r"friction $\mu$")
         # the panels of a row share limits, which show all that is drawn in them
         top = max(axes.dataLim.y1 for axes in grid[0])
-        reach = max(abs(axes.dataLim.intervaly).max() for axes in grid[1]) or 1.0
+        reach = max(abs(axes.dataLim.intervaly).max() for axes in grid[1]) or 1.0  # 1 if all are 0
         grid[0, 0].set(ylim=(0.0, 1.07 * top), ylabel="frequency [kHz]")
         grid[1, 0].set(ylim=(-1.15 * reach, 1.15 * reach), ylabel="growth [1/ms]")
         grid[0, 0].set(xlim=(0.0, record.mu_max), xticks=[0.0, 0.5, 1.0])

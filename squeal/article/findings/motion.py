@@ -91,7 +91,7 @@ def switch_effect(switch: str) -> Callable[[Study], Measured]:
     """
 
     def effect(study: Study) -> Measured:
-        """Simulate and measure the four B2 cases with the other choice."""
+        """Simulate and measure the four B2 cases with the other choice of `switch`."""
         final_change = 0.0  # of the position, over the range of the motion
         ended = []
         measured = {}

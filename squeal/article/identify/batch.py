@@ -131,10 +131,10 @@ class TaylorBatch(HeyokaIntegrator):
         until = t.copy()
         while True:
             machine.ta.propagate_until(until, max_steps=MOST_STEPS, **recording)
-            # of each motion: the outcome, its shortest and longest step, and how many steps
-            results = machine.ta.propagate_res
-            count += [result[3] for result in results]
-            stopped_by = np.array([limit_of(result[0], points) for result in results])
+            # of each motion the outcome, its shortest and longest step, and how many steps
+            outcomes, _, _, steps = zip(*machine.ta.propagate_res, strict=True)
+            count += np.array(steps)
+            stopped_by = np.array([limit_of(outcome, points) for outcome in outcomes])
             not_stopped_before = limit == Limit.NONE
             t[:] = machine.ta.time
             # in the lane of a motion that stopped earlier the machine holds its first state

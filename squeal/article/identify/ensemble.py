@@ -167,10 +167,12 @@ def _motions(
     results: Arrays = {}
 
     def store(pads: np.ndarray, segment: Segment) -> None:
-        """Put the motions of the pads with these numbers into `results`."""
+        """Put the motions of the pads with these indices into `results`."""
         their_units = Units(*(v[pads] for v in vars(units).values()))
-        for name, value in _results(segment, their_units, measure, events).items():
-            results.setdefault(name, np.empty((n, *value.shape[1:]), value.dtype))[pads] = value
+        for name, values in _results(segment, their_units, measure, events).items():
+            if name not in results:
+                results[name] = np.empty((n, *values.shape[1:]), values.dtype)
+            results[name][pads] = values
 
     c = model.c
     # motions are sorted by their number of steps, roughly their time times the highest frequency:

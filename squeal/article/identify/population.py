@@ -242,7 +242,11 @@ def assessed_equilibrium(model: PadModel) -> AssessedEquilibrium | None:
 
 
 def assessed_equilibria(stack: PadModel) -> list[AssessedEquilibrium | None]:
-    """The sliding equilibria of some pads, followed together from no friction up to their own."""
+    """The sliding equilibria of n pads, followed together from no friction up to their own.
+
+    None for a pad whose branch ends at a lower friction, or whose equilibrium lies beyond the
+    limits of the model.
+    """
     mu = np.asarray(stack.pad.mu)
     n = mu.size
     statics = Statics.of(stack.replace(mu=np.zeros(n)))

@@ -37,17 +37,18 @@ def check_order(text: str, file: str) -> None:
 
     Raises InputError naming the file and the two orders, or what is not cited.
     """
+    # names in the order in which they are first cited
     cited = list(dict.fromkeys(_CITED.findall(_COMMENT.sub("", text))))
-    for kind, names in placed(text).items():
-        standing = not_of_article(names)
-        order = [name for name in cited if name in standing]
-        missing = [name for name in standing if name not in order]
+    for kind, names in placed(text).items():  # "figure" and "table"
+        as_placed = not_of_article(names)
+        as_cited = [name for name in cited if name in as_placed]
+        missing = [name for name in as_placed if name not in as_cited]
         if missing:
             raise InputError(f"{file}: {kind} {', '.join(missing)}: is nowhere cited")
-        if order != standing:
+        if as_cited != as_placed:
             raise InputError(
-                f"{file}: {kind}s stand in the order {', '.join(standing)} and are first cited in "
-                f"the order {', '.join(order)}; these orders must be the same"
+                f"{file}: {kind}s stand in the order {', '.join(as_placed)} and are first cited in "
+                f"the order {', '.join(as_cited)}; these orders must be the same"
             )
 
 
@@ -58,12 +59,12 @@ def numbers(texts: Mapping[str, str]) -> dict[str, str]:
     """
     number_of: dict[str, str] = {}
     for file, text in texts.items():
-        for names in placed(text).values():
+        for names in placed(text).values():  # of figures, then of tables
             for name in names:
                 if (article := _ARTICLE.fullmatch(name)) is not None:
                     number_of[name] = article[1]  # fig04 keeps the 4
             for count, name in enumerate(not_of_article(names), start=1):
-                number_of[name] = f"{PREFIXES[file]}{count}"
+                number_of[name] = f"{PREFIXES[file]}{count}"  # R1, or S1 in the supplement
     for file, text in texts.items():
         for name in _NUMBERED.findall(_COMMENT.sub("", text)):
             if name not in number_of:

@@ -186,9 +186,9 @@ def motion(
     Parameters
     ----------
     ops : the module of the arithmetic, NumPy or heyoka
-    decay : nine numbers by rows, M^-1 C of all modes critically damped: zeta times this matrix
-        times the velocities is taken from the accelerations
-    a, zeta : contact damping in the units of the motion, modal damping ratio
+    decay : nine numbers by rows, the matrix M^-1 C at the modal damping ratio 1; zeta times this
+        matrix times the velocities is subtracted from the accelerations
+    a, zeta : contact damping in the units of the motion, and modal damping ratio
     state : x, y, s = w theta and their rates u, v, r
     on : factors 1 and 0 of the edges that touch
     """
@@ -201,6 +201,7 @@ def motion(
     driving = (total.x / c.m, (total.y - c.F_n) / c.m, c.w * total.moment / c.I)
     accelerations = []
     for i in range(3):
+        # row i of the matrix times the velocities
         drag = decay[3 * i] * u + decay[3 * i + 1] * v + decay[3 * i + 2] * r
         accelerations.append(driving[i] - zeta * drag)
     ax, ay, turning = accelerations
@@ -252,7 +253,7 @@ class DampedContact:
 
     @cached_property
     def _decay(self) -> np.ndarray:
-        """The matrix (9,) of `motion`; it grows with the ratio, so that any ratio tells it."""
+        """The matrix (9,) of `motion`, from that at a small ratio, to which it is proportional."""
         ratio = 0.01
         scene = dataclasses.replace(self.scene, damping=Damping(ratios=(ratio,) * 3))
         return damped_model(scene).decay.ravel() * self.time / ratio

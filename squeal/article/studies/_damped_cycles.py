@@ -231,9 +231,10 @@ class Cycles:
         borders: list[np.ndarray] = []
 
         def singular_at_zero(x: np.ndarray) -> float:
-            """The number g at X."""
+            """The number g at X (10,), zero where the monodromy has the multiplier `sign`."""
             cycle = self.over(x)
             if sign > 0.0:
+                # bordered by the flow, whose direction has the multiplier 1 of a shift in time
                 flow_direction = cycle.pad.rates(x[:6])
                 matrix = np.zeros((7, 7))
                 matrix[:6, :6] = cycle.monodromy - np.eye(6)
@@ -242,7 +243,7 @@ class Cycles:
             else:
                 matrix = cycle.monodromy + np.eye(6)
             n = len(matrix)
-            if not borders:
+            if not borders:  # at the first motion for which g is computed
                 # singular vectors of the least singular value, the last one
                 left, _, right = np.linalg.svd(matrix)
                 borders.extend((left[:, -1], right[-1]))

@@ -102,7 +102,10 @@ class _Equations:
         pad = self.pad
 
         def accelerations(z: complex, angle: float) -> tuple[complex, float]:
-            """The accelerations, from the loads of both supports and of the contact."""
+            """Of x + i y and of the angle, from the loads of both supports and of the contact.
+
+            z: displacement x + i y of the mass centre in m; angle: rotation in rad.
+            """
             self.count += 1
             turn = _rotation_less_one(angle)  # times a corner: how far rotation moves it
             force = complex(0.0, -(pad.F_n or 0.0))

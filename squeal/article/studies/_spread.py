@@ -35,13 +35,14 @@ def numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
     path: of the value itself.
     """
     plain = to_dict(value)
-    entries: Iterator[tuple[Any, Any]] = iter(())
     if isinstance(plain, Mapping):
-        entries = iter(plain.items())
+        entries = [*plain.items()]
     elif isinstance(plain, list):
-        entries = iter(enumerate(plain))
-    elif isinstance(plain, (int, float)) and not isinstance(plain, bool):
-        yield path, plain
+        entries = [*enumerate(plain)]
+    else:
+        if isinstance(plain, (int, float)) and not isinstance(plain, bool):
+            yield path, plain
+        return  # text, None, or a bool have no numbers
     for key, entry in entries:
         yield from numbers(entry, f"{path}.{key}" if path else str(key))
 

@@ -236,7 +236,7 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
         state: np.ndarray,
         stop: float,
     ) -> Leg:
-        """The leg to the first event of an edge that changes contact, by `solve_ivp`."""
+        """The leg from the time t to the first contact change of an edge, or to `stop`."""
         # solve_ivp asks for each edge alone: the gaps of a state are computed once for both
         gaps_at = lru_cache(maxsize=1)(lambda state_bytes: gaps(np.frombuffer(state_bytes)))
         events = []
@@ -278,13 +278,14 @@ def with_fixed_step(scene: Scene, tolerance: float) -> Run:
         state: np.ndarray,
         stop: float,
     ) -> Leg:
-        """The leg up to the end of the first step at which the sign of a gap has changed."""
+        """The leg from the time t to the end of the first step at which the sign of a gap has
+        changed, or to `stop`."""
         now = t
         s = state
         steps = 0
         while now < stop:
             h = min(longest, stop - now)
-            # rates at the begin of the step, twice in its middle, and at its end
+            # rates at the begin of the step, twice in its middle, and at its end (RK4)
             first = rhs(s)
             second = rhs(s + 0.5 * h * first)
             third = rhs(s + 0.5 * h * second)

@@ -261,7 +261,8 @@ def friction_loop(scene: Scene) -> FrictionLoop:
 def closed_poles(loop: FrictionLoop, gains: np.ndarray) -> np.ndarray:
     """Poles (gains, 6) of the closed loop by python-control, in natural units.
 
-    A loop of one input is a root locus. Of two inputs each gain closes both.
+    Those of a loop with one input are its root locus. With two inputs both are closed at once, with
+    the same gain.
     """
     import control
 

@@ -129,6 +129,7 @@ def compared(scene: Scene, motion: Simulation) -> Errors:
     second_position = units.to_scaled(second.states[0])[:3]
 
     def error(other: np.ndarray, changes: int) -> float:
+        """Against another position (3,), reached through so many contact changes."""
         return error_against(position, other) if changes == motion.contact_changes else math.inf
 
     return Errors(
