@@ -188,8 +188,8 @@ class Linear:
 def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
     """Rank of Eq. (22) for the pad of each case, and what (23a, b) make of the map over the angles.
 
-    The map has `points` cells a side; it leaves the pads' own angles aside, so that one of the
-    pads tells it.
+    The map has `points` cells a side; it does not depend on the pads' own angles, so that it is
+    computed for the first pad alone.
     """
     ranks = {case: rank(pad, stiffness(pad)) for case, pad in pads.items()}
     return Linear(ranks, _share(next(iter(pads.values())), points))

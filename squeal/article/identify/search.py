@@ -1,8 +1,9 @@
 """Search for a parameter set that satisfies the most statements: model B2 first, then model B1.
 
 The balances of force and moment say what a set needs for the statements on model B2; of random sets
-hardly one in ten thousand has it. A start draws some of those, takes CMA-ES (Hansen 2016) from the
-nearest to a set that satisfies the statements on B2, and then searches the numbers of B1 alone.
+hardly one in ten thousand has it. A start draws sets that have it. From the nearest of them CMA-ES
+(Hansen 2016) goes to a set that satisfies the statements on B2, and then varies the numbers of B1
+alone.
 """
 
 import math
@@ -43,7 +44,7 @@ ROOM = (0.02, 0.9)  # of the half length, for the mean place in cases (a) and (b
 GENERATIONS = {"B2": 120, "B1": 30}
 POPULATIONS = {"B2": 64, "B1": 24}  # sets a generation: on B2 all numbers vary, on B1 three
 WIDTH = 0.05  # of the first generation, over the ranges
-DIGITS = 6  # a set that needs more to satisfy a claim would hold it by a hair
+DIGITS = 6  # of the numbers: a claim that needs more of them holds by too small a margin
 
 
 class SearchResult(Record):

@@ -26,7 +26,7 @@ PARAMETERS = ["m", "w", "h", "I", "k1", "k2", "k3", "k4", "k_c", "L1", "L2", "x0
 
 
 def _number(value: float) -> str:
-    """Seven digits: a set that needs more to satisfy a claim would hold it by a hair."""
+    """A number with seven digits: a claim that needs more of them holds by too small a margin."""
     return repr(float(f"{value:.7g}"))
 
 

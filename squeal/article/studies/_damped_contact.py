@@ -1,11 +1,11 @@
 """Models B1 and B2 with damping in the contact, and their periodic motions over two dampings.
 
 Hunt and Crossley's law: where the surface is penetrated by p, the contact bears k p (1 + a p'),
-k being a spring's stiffness on points and that of a unit of length on the line. All modes of the
-frictionless equilibrium have the same damping ratio zeta besides. The force vanishes with p, so
-that the saltation matrix of a contact change is the identity. The law asks for tension where
-1 + a p' < 0, which a contact does not bear. A motion that reaches this is marked: the law does not
-hold for it.
+k being a spring's stiffness on points and that of a unit of length on the line. In addition all
+modes of the frictionless equilibrium have the same damping ratio zeta. The force vanishes with p,
+so that the saltation matrix of a contact change is the identity. Where 1 + a p' < 0 the law gives
+tension, which a contact does not bear. A motion that reaches this is marked: the law does not hold
+for it.
 
 Units: the state is (x, y, w theta) and rates, in static compressions of the contact F_n/k and in
 times sqrt(m/k1).
@@ -342,8 +342,8 @@ class Arc(NamedTuple):
     """A motion over some time from a state.
 
     end (6,); matrix (6, 9): derivatives of the end by the start and by `PARAMETERS` (a in the units
-    of the motion); passages; invalid: the law asked for tension, or the lower face became as fast
-    as the surface.
+    of the motion); passages; invalid: the law gave tension, or the lower face became as fast as the
+    surface.
     """
 
     end: np.ndarray
@@ -482,7 +482,7 @@ class Fate(NamedTuple):
     """What becomes of many motions of a pad.
 
     ends (n, 6): states at the end; lasts (n,): contact still changes; invalid (n,): on the way the
-    law asked for tension, or the lower face became as fast as the surface.
+    law gave tension, or the lower face became as fast as the surface.
     """
 
     ends: np.ndarray

@@ -38,7 +38,7 @@ Acceleration = Callable[[complex, float], tuple[complex, float]]
 
 @dataclass(frozen=True)
 class Motion:
-    """States (n, 6) in SI units at the times asked for; times (e,) and points (e,) of the contact
+    """States (n, 6) in SI units at the requested times; times (e,) and points (e,) of the contact
     changes; evaluations: of the accelerations."""
 
     states: np.ndarray
@@ -303,7 +303,7 @@ class _ContactChange(NamedTuple):
 
 
 class _Run:
-    """A motion on its way: its state, contact state and time, and the next step's length h."""
+    """A motion at its present time: state, contact state, and the length h of the next step."""
 
     def __init__(self, name: str, pad: Pad, initial: np.ndarray) -> None:
         self.equations = _Equations(name, pad)
@@ -483,7 +483,7 @@ class _Run:
         """The first contact change in a step of length h, None if there is none.
 
         beyond: by point, at the n poses of the step, see `_may_have_crossed`; pose j is that at the
-        time (j + 1) h / n. The first pose is not looked at: no point has crossed there.
+        time (j + 1) h / n. At the first pose no point has crossed yet.
         """
         n = len(beyond[0])
         for j in range(1, n):

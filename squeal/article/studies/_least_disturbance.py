@@ -2,9 +2,9 @@
 
 A disturbance is measured by one of two norms: displacements (x, y, w theta) at rest, in static
 compressions; or the energy of displacements and velocities together, over that of the static
-compression, F_n^2/(2 k). The search draws directions, goes outwards along them until a motion
-lasts, and then moves the shortest of these in random steps that shrink. What it finds is an upper
-bound of the least disturbance; repeated from other random numbers it says how sharp the bound is.
+compression, F_n^2/(2 k). The search draws directions and goes outwards along them until a motion
+lasts. It then changes the shortest disturbance that lasts in random steps that shrink. The result
+is an upper bound of the least disturbance; searches from other random numbers show how sharp it is.
 """
 
 from __future__ import annotations

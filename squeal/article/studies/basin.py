@@ -55,7 +55,7 @@ class SampledShare(Record):
 class Basin(Result):
     """shares: by motion, a row per half-width; compression: by motion, in micrometres; ratio: modal
     damping; axes: of the box, velocities over (k1/m)^(1/2); seed: of the draws; windows:
-    observation times after which a motion is looked at."""
+    observation times after which a motion is observed."""
 
     shares: dict[str, tuple[SampledShare, ...]]
     compression: dict[str, float]

@@ -1,8 +1,8 @@
 """Where a motion that loses contact exists beside stable sliding, in case (d) with two dampings.
 
-Contact damping by the law of Hunt and Crossley, modal damping besides. `_coexistence` computes the
-boundaries of cycles and the least disturbances beforehand; they are stored. Here every stored cycle
-is integrated again, and some of the least disturbances.
+The two dampings are contact damping, by the law of Hunt and Crossley, and modal damping.
+`_coexistence` computes the boundaries of cycles and the least disturbances beforehand and stores
+them. Here every stored cycle is integrated again, and some of the least disturbances.
 """
 
 import itertools
@@ -121,8 +121,8 @@ class Checked(Record):
 
     cycles: how many there are; closure: greatest distance of the ends of a period, static
     compressions; critical: greatest distance from the unit circle of the multiplier that is
-    critical; repeated: least disturbances simulated again; held: of these those that lead to a
-    lasting loss of contact while `SHORTER` times them leads back to sliding.
+    critical; repeated: how many least disturbances were simulated again; held: how many of them
+    lead to a lasting loss of contact while `SHORTER` times them leads back to sliding.
     """
 
     cycles: int

@@ -42,10 +42,10 @@ ROUNDED = 2.0  # per mille, differences of shares that the stored digits allow
 
 
 class Share(Record):
-    """How many of some sets have a property, `undecided` more may have it.
+    """How many of some sets have a property (`holds`), and how many more may have it (`undecided`).
 
-    The share is that of the former; interval: from the lower end of Wilson's interval of these to
-    the upper end of that with the undecided ones.
+    share: `holds` over `sets`; interval: from the lower end of Wilson's interval of `holds` to the
+    upper end of that of `holds` and `undecided` together.
     """
 
     sets: int

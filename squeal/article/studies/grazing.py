@@ -48,7 +48,7 @@ class Blow(Record):
 class Grazing(Result):
     """blows: a row per damping ratio; grazes: the ratio below which the trailing edge never touches
     alone, crosses: the ratio at which its blow passes the least one of hammering (`level`), both
-    by linear interpolation; windows: observation times after which the motion is looked at."""
+    by linear interpolation; windows: observation times after which the motion is observed."""
 
     blows: tuple[Blow, ...]
     grazes: Ratio | None

@@ -39,13 +39,13 @@ from squeal.simulation.observers import Shares
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)
 RATIO = 0.005  # of the cycles
-LATE = 40  # observation times until a motion is looked at
-LONGER = 150  # until it is looked at again if it goes on
-OBSERVED = 2  # over which it is then observed
+LATE = 40  # observation times after which a motion is observed
+LONGER = 150  # after which it is observed again if it goes on
+OBSERVED = 2  # observation times over which it is observed then
 BOX = 3.0  # half-width of the box of initial conditions, over the static compression
 SEED = 0  # of the draws from it
-STARTS = 100  # drawn
-STARTS_UNSTABLE = 25  # of these beside an unstable equilibrium, which every start leaves
+STARTS = 100  # initial conditions drawn from it
+STARTS_UNSTABLE = 25  # the first of them, beside an unstable equilibrium, which all motions leave
 TOLERANCE = 1e-10
 REPEATS = 3  # of motions that forget their start
 # least difference of the shares `lost` of motions that do not come to one cycle; on one they differ
@@ -97,11 +97,12 @@ class Settled(Record):
 class After(Record):
     """A motion at one damping ratio.
 
-    own: from the reference initial conditions, None where the model ends; starts: how many others,
-    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer; ceased:
-    see `Late`; unlike: how far the shares `lost` of those that last lie apart; liveliest: of all
-    that go on the one that hammers, or has most turns; growth: greatest real part of the
-    eigenvalues about the equilibrium, 1/ms, None without one.
+    own: the motion from the reference initial conditions, None where the model ends; starts: how
+    many other initial conditions there are, see `sampled_states`; lasting: how many of them lead to
+    a sustained loss of contact; hammering: how many of the lasting motions hammer; ceased: see
+    `Late`; unlike: greatest difference of the shares `lost` of the lasting motions; liveliest: of
+    all motions that go on the one that hammers, or has most turns; growth: greatest real part of
+    the eigenvalues about the equilibrium, 1/ms, None without one.
     """
 
     ratio: Share
@@ -265,8 +266,8 @@ def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
 class Late(NamedTuple):
     """Motions after some time: states (n, 6), and what each does then, None where it is invalid.
 
-    ceased: how many lost contact on and on after `LATE` observation times and not after `LONGER`,
-    or were invalid then.
+    ceased: how many still changed contact after `LATE` observation times, and after `LONGER` did
+    not or were invalid.
     """
 
     states: np.ndarray
