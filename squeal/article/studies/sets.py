@@ -12,7 +12,7 @@ from squeal.article.records import Moved, Record, Result
 from squeal.article.studies._heyoka import has_heyoka
 from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
 from squeal.article.studies._spread import moved
-from squeal.article.studies.hammering import equilibrium_contact, motion
+from squeal.article.studies.hammering import Motion, equilibrium_contact, motion
 from squeal.article.studies.line_springs import on_springs
 from squeal.article.studies.onset import RATIO, After, after, repeats
 from squeal.io.scene import Scene
@@ -153,6 +153,50 @@ def edges_apart(line: Scene, in_equilibrium: State) -> dict[str, float]:
     }
 
 
+def cases_with(
+    verdict: str | None, verdicts: Mapping[str, str | None]
+) -> dict[str, tuple[str, ...]]:
+    """By model the cases with a verdict, of the `verdicts` by name of the scene (b1-a)."""
+    cases = {}
+    for model in ("B1", "B2"):
+        cases[model] = tuple(case for case in CASES if verdicts[stem(model, case)] == verdict)
+    return cases
+
+
+def damped_motions(scenes: Mapping[str, Scene]) -> dict[str, list[After]]:
+    """What scenes come to at the damping ratio `RATIO`, a row per repeat; empty without heyoka."""
+    if not has_heyoka():
+        return {}
+    return {name: repeats(s, RATIO, after(s, RATIO).row) for name, s in scenes.items()}
+
+
+def mean_shares(
+    motions: Mapping[str, Motion], line: Mapping[str, Scene], states: Mapping[str, State | None]
+) -> dict[str, dict[str, float]]:
+    """The means of `lost` and of `apart` over the cases in which both models have an equilibrium,
+    by model, and with the line on two springs (`TWO`).
+
+    motions, states: by name of the scene (b1-a), the latter the contact states of the sliding
+    equilibria; line: the scenes of the line by case.
+    """
+    shares: dict[str, dict[str, list[float]]] = {"lost": {}, "apart": {}}
+    for case in CASES:
+        points_state = states[stem("B1", case)]
+        line_state = states[stem("B2", case)]
+        if points_state is None or line_state is None:
+            continue
+        two_points = edges_apart(line[case], line_state)
+        for share, by_model in shares.items():
+            for model in ("B1", "B2"):
+                share_of_motion = getattr(motions[stem(model, case)], share)
+                by_model.setdefault(model, []).append(share_of_motion)
+            by_model.setdefault(TWO, []).append(two_points[share])
+    means = {}
+    for share, by_model in shares.items():
+        means[share] = {model: sum(values) / len(values) for model, values in by_model.items()}
+    return means
+
+
 def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     """A set from its eight scenes, by name."""
     b1 = {case: scenes[stem("B1", case)] for case in CASES}
@@ -163,58 +207,30 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     independent = {claim.id for claim in CLAIMS if claim.informative}
     contact_states = {name: equilibrium_contact(scenes[name]) for name in cases}
     motions = {name: motion(case, contact_states[name]) for name, case in cases.items()}
-    verdicts: dict[str, str | None] = {}  # None without a sliding equilibrium
-    late: dict[str, list[After]] = {}  # what motions with damping come to, a row per repeat
+    means = mean_shares(motions, b2, contact_states)
+    with_equilibrium = {}
+    verdicts: dict[str, str | None] = dict.fromkeys(cases)  # None without a sliding equilibrium
     for name, state in contact_states.items():
-        verdicts[name] = None
-        if state is None:
-            continue
-        verdicts[name] = analyse(scenes[name]).judgement.verdict
-        if has_heyoka():
-            late[name] = repeats(scenes[name], RATIO, after(scenes[name], RATIO).row)
+        if state is not None:
+            with_equilibrium[name] = scenes[name]
+            verdicts[name] = analyse(scenes[name]).judgement.verdict
+    late = damped_motions(with_equilibrium)
     # share of the initial conditions, in each repeat
     lasting = {name: [row.lasting / row.starts for row in rows] for name, rows in late.items()}
     # of B2 (c), up to its own friction
     thresholds = critical_friction(b2["c"], b2["c"].pad.mu).points
-
-    def cases_with(verdict: str | None) -> dict[str, tuple[str, ...]]:
-        """By model the cases with a verdict on their equilibrium, None for cases without one."""
-        by_model = {}
-        for model in ("B1", "B2"):
-            by_model[model] = tuple(c for c in CASES if verdicts[stem(model, c)] == verdict)
-        return by_model
-
-    without = cases_with(None)
-    some_model_without = {*without["B1"], *without["B2"]}
-    with_equilibria = [case for case in CASES if case not in some_model_without]  # of both models
-    two_points = []  # lost and apart of each case of the line on two springs
-    for case in with_equilibria:
-        state = contact_states[stem("B2", case)]
-        assert state is not None
-        two_points.append(edges_apart(b2[case], state))
-
-    def mean(share: str) -> dict[str, float]:
-        """The mean of `lost` or `apart` over the cases in which both models have an equilibrium, by
-        model and of two points."""
-        means = {}
-        for model in ("B1", "B2"):
-            shares = [getattr(motions[stem(model, case)], share) for case in with_equilibria]
-            means[model] = sum(shares) / len(with_equilibria)
-        means[TWO] = sum(of_case[share] for of_case in two_points) / len(with_equilibria)
-        return means
-
     return ParameterSet(
         numbers=ratios(b1["c"], b2["c"]),
         parameters=parameters(b1["c"], b2["c"]),
         satisfied=sum(claim.holds for claim in judged if claim.id in independent),
         failing=tuple(claim.id for claim in judged if not claim.holds),
         hammering=hammering_cases(cases),
-        flutters=cases_with("flutter"),
-        without=without,
+        flutters=cases_with("flutter", verdicts),
+        without=cases_with(None, verdicts),
         critical=next((p.mu for p in thresholds if p.kind == "flutter"), None),
         ends=next((p.mu for p in thresholds if p.kind in ("fold", "lift-off")), None),
-        lost=mean("lost"),
-        apart=mean("apart"),
+        lost=means["lost"],
+        apart=means["apart"],
         lasting={name: shares[0] for name, shares in lasting.items()},
         lasting_repeats={name: tuple(s) for name, s in lasting.items() if len(s) > 1},
         growth={name: rows[0].growth for name, rows in late.items()},
