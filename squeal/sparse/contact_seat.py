@@ -29,6 +29,7 @@ from squeal.sparse.quadratic import Array, Bools
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+ALL_OPEN = "all pairs open under the load; it must press the components together"
 EXPONENT = Number(0.0, 0.99, low_allowed=True)  # at 1 a contact would be infinitely soft
 
 
@@ -415,9 +416,11 @@ class _PairLaws(NamedTuple):
 
         The stiffness grows with a power of the force, dF/du = k (F / R)^e: integrated from 0,
         F = (1 - e) k u (F / R)^e with (F / R)^e = ((1 - e) k u / R)^(e / (1 - e)). u is the
-        approach, R the reference. Open pairs, u <= 0, have no force unless they are bonded.
+        approach, R the reference. Where e is 0 a pair that pulls, u <= 0, has the same line, which
+        is the law of a bonded pair; others leave out the pairs that are open.
         """
-        pressed = np.where(self.bonded, approach, np.maximum(approach, 0.0))  # u
+        is_linear = self.exponent == 0.0
+        pressed = np.where(is_linear, approach, np.maximum(approach, 0.0))  # u
         share = 1 - self.exponent
         linear_force = share * (self.stiffness * pressed)
         power = (linear_force / self.reference) ** (self.exponent / share)  # (F / R)^e
@@ -533,13 +536,13 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     Each step solves the structure with the tangent springs of the closed pairs, then closes the
     pairs that are pressed and opens the others. With constant stiffness the method ends when the
     set of closed pairs does not change. Once a set occurs again, one pair changes at a time, the
-    first that is closed though it pulls or open though it is pressed: from then on no set occurs
-    twice, since the problem is linear (Murty's principal pivoting). With an exponent the problem is
-    not linear: all pairs always change together, and the method ends when, in addition, no approach
-    changes by more than 1e-11 of itself.
+    first that is closed though it pulls or open though it is pressed: from then on, without
+    friction, no set occurs twice, since the problem is linear (Murty's principal pivoting). With an
+    exponent the problem is not linear: all pairs always change together, and the method ends when,
+    in addition, no approach changes by more than 1e-11 of itself.
 
-    Raises InputError where all pairs open, and ComputationError if it does not end in 100 steps and
-    one more for each pair.
+    Raises InputError where all pairs stay open or nothing else holds the structure once they are
+    open, and ComputationError if it does not end in 100 steps and one more for each pair.
     """
     laws = pairs.laws
     is_nonlinear = laws.exponent.any()
@@ -557,14 +560,20 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
         # the law of each pair is replaced by its tangent: the slope gives the springs in A, and the
         # force at u = 0, where the approach is -gap, is a preload
-        preload = closed * laws.factor * (unit_forces - unit_slopes * (approach + laws.gap))
-        displacements = _solve(A, load + pairs.push @ preload)
+        forces_without_approach = unit_forces - unit_slopes * approach  # exactly 0 of linear laws
+        preload = closed * laws.factor * (forces_without_approach - unit_slopes * laws.gap)
+        try:
+            displacements = _solve(A, load + pairs.push @ preload)
+        except InputError:
+            if closed.any():
+                raise
+            raise InputError(ALL_OPEN) from None
         previous = approach
         approach = -laws.gap - pairs.normal @ displacements
         unit_forces, unit_slopes = laws.unit_forces(approach)
         now_closed = (approach > 0.0) | laws.bonded
-        if not now_closed.any():
-            raise InputError("all pairs open under the load; it must press the components together")
+        if not (closed.any() or now_closed.any()):
+            raise InputError(ALL_OPEN)
         changed = np.flatnonzero(now_closed != closed)
         is_converged = not is_nonlinear or np.allclose(approach, previous, rtol=1e-11, atol=0.0)
         if not len(changed) and is_converged:

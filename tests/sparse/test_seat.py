@@ -1,0 +1,83 @@
+"""Static contact against the enumeration of all sets of closed pairs."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+from squeal.errors import InputError
+from squeal.sparse.contact_seat import _JoinedPairs, _PairLaws, _seat
+
+
+def pairs_without_friction(normal, stiffness, gap):
+    """Pairs (m,) of constant stiffness along `normal` (m, n)."""
+    nothing = np.zeros(len(gap))
+    laws = _PairLaws(
+        area=nothing + 1.0,
+        factor=nothing + 1.0,
+        stiffness=stiffness,
+        gap=gap,
+        exponent=nothing,
+        reference=nothing + 1.0,
+        bonded=nothing > 0.0,
+        tangential=nothing,
+    )
+    across = csr_array((2 * len(gap), normal.shape[1]))
+    return _JoinedPairs(laws, csr_array(normal), across, csr_array(normal.T))
+
+
+def seat_by_enumeration(K, load, normal, stiffness, gap):
+    """The one set of closed pairs (m,) whose own approaches are positive, and displacements."""
+    for closed in product([False, True], repeat=len(gap)):
+        springs = closed * stiffness
+        tangent = K + normal.T @ (springs[:, None] * normal)
+        displacements = np.linalg.solve(tangent, load - normal.T @ (springs * gap))
+        approach = -gap - normal @ displacements
+        if np.array_equal(approach > 0.0, closed):
+            return np.array(closed), displacements
+    raise AssertionError("a positive definite K has exactly one")
+
+
+def test_a_seat_whose_first_step_opens_all_pairs_is_found():
+    """The pairs pull in the first step, where all are closed; in the next, some are pressed."""
+    K = np.array([[14.0, 15.0], [15.0, 19.0]])
+    load = np.array([3.0, 3.0])
+    springs = np.array([10.0, 10.0])
+    found = _seat(K, load, pairs_without_friction(np.eye(2), springs, np.zeros(2)))
+    closed, displacements = seat_by_enumeration(K, load, np.eye(2), springs, np.zeros(2))
+    assert found.closed.tolist() == closed.tolist()
+    np.testing.assert_allclose(found.displacements, displacements, rtol=1e-12)
+
+
+def test_every_seat_of_a_held_structure_is_found():
+    """200 drawn: the enumeration's, or the refusal where its one set is empty."""
+    rng = np.random.default_rng(20301130)
+    refused = 0
+    for _ in range(200):
+        rows, pairs = rng.integers(2, 6, size=2)
+        root = rng.standard_normal((rows, rows))
+        K = root @ root.T
+        normal = rng.standard_normal((pairs, rows))
+        stiffness = 10.0 ** rng.uniform(-1.0, 2.0, pairs)
+        gap = rng.choice([0.0, 1.0]) * rng.uniform(0.0, 0.5, pairs)
+        load = 3.0 * rng.standard_normal(rows)
+        closed, displacements = seat_by_enumeration(K, load, normal, stiffness, gap)
+        joined = pairs_without_friction(normal, stiffness, gap)
+        if not closed.any():
+            refused += 1
+            with pytest.raises(InputError, match="all pairs open under the load"):
+                _seat(K, load, joined)
+            continue
+        found = _seat(K, load, joined)
+        assert np.array_equal(found.closed, closed)
+        np.testing.assert_allclose(found.displacements, displacements, rtol=1e-8)
+    assert 20 < refused < 180
+
+
+def test_a_pair_that_stays_closed_while_it_pulls_keeps_its_line():
+    """One pair changes at a time once a set occurs again; the others pull along the same line."""
+    laws = pairs_without_friction(np.eye(2), np.array([10.0, 20.0]), np.zeros(2)).laws
+    forces, slopes = laws.unit_forces(np.array([0.5, -0.25]))
+    assert forces.tolist() == [5.0, -5.0]
+    assert slopes.tolist() == [10.0, 20.0]
