@@ -7,7 +7,7 @@ import difflib
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-BEYOND = "the numbers of the scene are too large or too small for double precision"
+BEYOND = "some numbers are too large or too small for double precision"
 NO_BALLS = "python-flint is not installed (`pip install 'brake-squeal[proof]'` brings it)"
 # packages that a plain install lacks, and the extra of brake-squeal that brings each
 EXTRAS = {"ansys": "ansys", "cma": "search", "h5py": "matlab", "pyyeti": "nastran"}

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squeal.errors import ComputationError
 from squeal.linear.continuation import (
     DAMPED,
     GYROSCOPIC,
@@ -146,13 +147,16 @@ def _newton(continuation: Continuation, guess: EventGuess) -> _Zero | None:
     """The zero of the event function next to a guess.
 
     None if the iteration moves further from the guess than 1.5 of its widths, if the slope is zero
-    or not finite, or if no step becomes small: as rounding of p, or as a quarter of the distance by
-    which rounding of the function moves its zero.
+    or not finite, as that of a defective root, or if no step becomes small: as rounding of p, or as
+    a quarter of the distance by which rounding of the function moves its zero.
     """
     low = continuation.low
     high = continuation.high
     start = min(max(guess.value, low), high)
-    roots = roots_near(continuation, start, guess.z, guess.right, guess.left)
+    try:
+        roots = roots_near(continuation, start, guess.z, guess.right, guess.left)
+    except ComputationError:  # defective: its slope is infinite
+        return None
     for _ in range(NEWTON_STEPS):
         function = roots.event_function(guess.coalesces)
         slope = function.slope

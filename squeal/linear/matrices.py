@@ -91,10 +91,9 @@ def unwrapped(value: object) -> object:
     columns: Any = getattr(value, "sparse", None)  # which a frame of dense columns has not
     if hasattr(columns, "to_coo"):
         return columns.to_coo()
-    inside = getattr(value, "data", None)
-    if hasattr(value, "dims") and is_sparse(inside):
-        return inside
-    return value
+    # `data` is asked of data arrays alone: that of a NumPy array of dates raises ValueError
+    inside = getattr(value, "data", None) if hasattr(value, "dims") else None
+    return inside if is_sparse(inside) else value
 
 
 def given_matrix(value: object, name: str = "", real: bool = False) -> Matrix:

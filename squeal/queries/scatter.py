@@ -222,11 +222,10 @@ def _summary(
 
 
 def _first_reason(rows: Sequence[Sample]) -> str:
-    """Why the first possible pad or system was not computed, for a message; none was."""
-    for row in rows:
-        if row.kind != NO_PAD:
-            return row.reason or NO_EQUILIBRIUM
-    return NO_EQUILIBRIUM
+    """Why the first sample was not computed, for a message; none was. Samples whose parameters are
+    allowed come before the others."""
+    first = min(rows, key=lambda row: row.kind == NO_PAD)  # False comes before True
+    return first.reason or NO_EQUILIBRIUM
 
 
 def _is_stable(row: Sample, of: Measure, mu: float) -> bool:

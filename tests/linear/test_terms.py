@@ -138,6 +138,12 @@ def test_every_kind_of_system_takes_one_form():
         assert np.array(slopes) == pytest.approx(np.array(exact_slopes), rel=1e-5, abs=1e-9)
 
 
+@pytest.mark.parametrize("kind", ["datetime64[D]", "timedelta64[s]", "V8", "S3", "U3"])
+def test_arrays_of_no_numbers_are_refused(kind):
+    with pytest.raises(InputError, match="must be a matrix of finite numbers"):
+        Term(np.zeros((2, 2), kind))
+
+
 def test_masked_entries_are_no_numbers():
     """Their values, whatever they are, entered the matrix."""
     masked = np.ma.masked_equal([[1.0, 0.0], [0.0, 1e20]], 1e20)

@@ -50,6 +50,22 @@ def test_a_row_that_a_term_couples_is_no_support():
     assert squeal.System(np.eye(3), K=K, parameters={"mu": 0.0}).n == 3
 
 
+@pytest.mark.parametrize("factor", ["mu", "mu**2", "mu**4"])
+def test_growth_is_listed_where_damping_and_stiffness_vanish_at_the_start(factor):
+    """s^2 - f s + f: at 0 the root is double and at rest. The search of the onset ended there, and
+    there was no answer."""
+    system = squeal.System(
+        [[1.0]], {f"-{factor}": [[1.0]]}, {factor: [[1.0]]}, parameters={"mu": 1.0}
+    )
+    found = squeal.eigenvalues(system)
+    assert found.certified
+    assert found.verdict == "flutter"
+    assert sorted(found.values, key=np.imag) == pytest.approx(
+        [0.5 - 0.75**0.5 * 1j, 0.5 + 0.75**0.5 * 1j], rel=1e-12
+    )
+    assert str(squeal.sweep(system, [0.5, 1.0])).count(" flutter") == 2
+
+
 @pytest.mark.parametrize("size", [1e9, 1e16])
 @pytest.mark.parametrize("mu", [0.3, 0.9])
 def test_modes_that_rounding_hides_on_the_paths_have_no_onset(size, mu):

@@ -87,6 +87,13 @@ def test_where_no_sample_can_be_computed_nothing_is_said(changes):
         scatter(SCENE.replace(**changes), {"F_n": {"relative": 0.01}}, 8)
 
 
+def test_where_no_system_can_be_computed_its_own_reason_is_named():
+    """It was that of a pad: no equilibrium in contact."""
+    massless = squeal.System(np.zeros((2, 2)), None, {"1": np.eye(2), "mu": np.eye(2)})
+    with pytest.raises(ComputationError, match="computed: M: is zero"):
+        scatter(massless, {"mu": {"between": [0.0, 1.0]}}, 8, of="growth")
+
+
 def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatch):
     """They were dropped as "no such pads", and the quantiles were those of the survivors."""
     outcomes = ParameterSpace.outcomes
