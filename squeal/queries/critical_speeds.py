@@ -130,6 +130,9 @@ class CampbellDiagram:
         """
         gaps = frequencies - order * speeds[:, None]
         is_at_multiple = np.abs(gaps) <= SAME * frequencies.max(axis=0)
+        # at the ends of the range rounding may move a change of sign out of the range
+        for end in (0, -1):
+            gaps[end, is_at_multiple[end]] = 0.0
         # of each interval between neighbouring speeds (m - 1, n)
         stays_at_multiple = is_at_multiple[:-1] & is_at_multiple[1:]
         if stays_at_multiple.any():

@@ -82,6 +82,16 @@ def test_a_speed_at_which_the_diagram_is_drawn_is_listed_once(low, high):
     assert [one.speed for one in found] == [1.0, 2.0, 2.0]
 
 
+@pytest.mark.parametrize("kt", range(1, 13))
+def test_a_critical_speed_at_an_end_of_the_range_is_listed(kt):
+    """Backward tilt at (kt / (Jd + Jp))^(1/2): rounding of the root may put it outside."""
+    system = squeal.System(EYE, {"speed": 2.0 * SPIN}, kt * EYE, parameter="speed")
+    backward = float(np.sqrt(kt / 3.0))
+    for low, high in ((backward, 2.0 * backward), (0.0, backward)):
+        answer = squeal.critical_speeds(system, high, low)
+        assert speeds(answer, "backward") == pytest.approx([backward], rel=1e-9)
+
+
 def test_a_frequency_that_rises_from_rest_meets_the_speed():
     """(2 - W)^2 damping: overdamped up to near W = 2, where the pair has the frequency k^(1/2)."""
     k = 4.04
