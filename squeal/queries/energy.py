@@ -141,6 +141,8 @@ class Energy(Answer):
     def sentence(self, mode: int) -> str:
         """Which roles of terms put energy into a mode and which take it, in a line.
 
+        Raises InputError for a mode that is not among `modes`.
+
         Examples
         --------
         >>> import squeal
@@ -149,6 +151,8 @@ class Energy(Answer):
         'mode 1, 0.3179 Hz: damping takes 0.1; in all -0.1 1/s'
         """
         rows = [row for row in self.contributions if row.mode == mode]
+        if not rows:
+            raise InputError(f"mode: {mode} is not allowed; it must be one of {self.modes}")
         head = f"mode {mode}, {number(rows[0].frequency_hz, 4)} Hz"
         if rows[0].growth is None:
             return f"{head}: does not oscillate, so that no work of a cycle feeds it"

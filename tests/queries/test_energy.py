@@ -272,6 +272,8 @@ def test_a_pad_is_fed_by_friction_alone_and_a_divergence_by_no_cycle():
     answer = squeal.energy(squeal.eigenvalues(column))
     assert all(row.growth is None for row in answer.contributions)
     assert "does not oscillate" in answer.sentence(1)
+    with pytest.raises(InputError, match=r"^mode: 3 is not allowed; it must be one of \[2, 1\]$"):
+        answer.sentence(3)
 
 
 def test_parts_share_what_the_terms_do():
