@@ -62,7 +62,7 @@ def ways_out(answers: BrakeAnswers) -> list[str]:
     for cure, effect in answers.cures.treatments.items():
         # of the upper frequency, or of critical damping
         shares = [one.advised[cure] / one.unit(cure) for one in answers.meetings.values()]
-        ways.append(_Way(_treatment(answers, cure), effect.leaves_window, max(shares)))
+        ways.append(_Way(_treatment(answers, cure), effect.grows_below, max(shares)))
     if not ways:
         return ["No way out is known to this page."]
     ways.sort(key=lambda way: (way.grows_below, way.size))
@@ -85,7 +85,7 @@ def _changes(answers: BrakeAnswers) -> Iterator[_Way]:
     size = -1.0 if best.is_small else math.inf
     for remedy in changes:
         sentence = remedy.sentence(_meaning(answers, remedy.change.parameter))
-        yield _Way(sentence, remedy.leaves_window, size)
+        yield _Way(sentence, remedy.grows_below, size)
 
 
 def _bound(answers: BrakeAnswers) -> Iterator[_Way]:
@@ -226,7 +226,7 @@ def remedy_table(answers: BrakeAnswers) -> Table:
         return f"{number(fastest.growth_rate, 3)} 1/s of {name}"
 
     def amount(row: _Row) -> str:
-        return f"({row.advised})" if row.effect.leaves_window else row.advised
+        return f"({row.advised})" if row.effect.grows_below else row.advised
 
     def next_loss(row: _Row) -> str:
         loss = row.effect.loss
@@ -270,7 +270,7 @@ def remedy_table(answers: BrakeAnswers) -> Table:
     extents = [row.effect.loss.extent for row in rows if row.effect.loss is not None]
     if any(extents):
         title += f"; in hand and next loss: of {next(filter(None, extents))} alone"
-    if any(row.effect.leaves_window for row in rows):
+    if any(row.effect.grows_below for row in rows):
         title += f"; in brackets: something grows at a lower {spectrum.parameter}"
     return Table(columns, rows, title)
 

@@ -242,7 +242,7 @@ class Findings(BrakeAnswers):
         remedies = [_remedy_entry(remedy) for remedy in self.search.remedies]
         meetings = []
         # the kinds of cure that stop growth at the present value alone, not at all lower ones
-        at_value_alone = [cure.name.lower() for cure in self.cures.with_window]
+        at_value_alone = [cure.name.lower() for cure in self.cures.growing_below]
         for mode, meeting in self.meetings.items():
             entry: JsonObject = {"mode": mode, "frequencies_hz": list(meeting.hertz)}
             entry["at_value_alone"] = at_value_alone
@@ -291,7 +291,7 @@ def _remedy_entry(remedy: Remedy) -> JsonObject:
     """A remedy as JSON holds it."""
     entry: JsonObject = copied_attributes(remedy.change, "parameter before after")
     entry["with_margin"] = remedy.with_margin and remedy.with_margin.after
-    entry["at_value_alone"] = remedy.leaves_window
+    entry["at_value_alone"] = remedy.grows_below
     entry["verdict_line"] = remedy.computed.conclusion
     entry["first_loss"] = remedy.loss and remedy.loss._asdict()
     return entry

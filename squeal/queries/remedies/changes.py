@@ -164,7 +164,7 @@ class Effect:
         return self.loss.limit() if self.loss else 0.0
 
     @property
-    def leaves_window(self) -> bool:
+    def grows_below(self) -> bool:
         """Whether something grows at a smaller value of the free parameter."""
         return self.loss is not None and self.limit <= self.value
 
@@ -172,7 +172,7 @@ class Effect:
     def in_hand(self) -> str:
         """By how many % the free parameter may rise until something grows, rounded down; a dash
         where that is not known, or where something grows at less."""
-        if self.loss is None or self.leaves_window or self.value <= 0.0:
+        if self.loss is None or self.grows_below or self.value <= 0.0:
             return "-"
         share = min(self.limit, self.loss.high) / self.value - 1.0
         percent = math.floor(100.0 * share + NOTHING)  # 10 of 1.1, whatever rounding makes of it
@@ -221,7 +221,7 @@ class Effect:
         if self.loss is None:
             return text
         parameter = self.before.parameter
-        if not self.leaves_window:
+        if not self.grows_below:
             return f"{text} {self.loss.words(parameter, unit_of(self.before.source))}"
         text += f" at {parameter} = {number(self.value, 4)}; below, stability is lost"
         return f"{text} from {parameter} = {rounded(self.limit, 4, math.floor)} on"
@@ -362,7 +362,8 @@ def rounded_up(change: Change | None) -> Iterator[Change]:
     unit = 10.0 ** (math.floor(math.log10(count)) - 1)  # of the second digit
     digits = math.ceil(count / unit * (1.0 - 1e-12))  # 25 of 25, whatever rounding makes of it
     for retry in range(RETRIES):
-        larger = retry * (retry + 1) // 2
+        larger = retry * (retry + 1) // 2  # 0, 1, 3, 6
+        # through text, since 12 times 0.1 is 1.2000000000000002 by rounding
         rounded_count = float(number((digits + larger) * unit, 3))
         if rounded_count <= change.most:
             yield change.of(math.copysign(rounded_count, change.count))

@@ -1,10 +1,10 @@
 """What would stop all growing modes: separation of the real modes behind them, or their damping.
 
 Separation adds (w_2^2 - w^2) M x x' M to K, which raises the upper mode of two from w to w_2 alone;
-damping adds 2 zeta w M x x' M to C. Real modes at which the modes of a chart that meet begin are
-tried first, then pairs of the three that take part most in the growing mode: the first with which
-most is known to stop all. A real mode behind several growing ones gets the largest of what these
-need.
+damping adds 2 zeta w M x x' M to C. Two eigenvalue paths over the free parameter meet where flutter
+begins: the real modes at which these paths begin are tried first, then pairs of the three that take
+part most in the growing mode. The first choice with which most cures are confirmed is taken. A real
+mode behind several growing ones gets the largest amount that these need.
 
 What is just enough is the least at the present value of the free parameter, of many rows on a
 basis of modes. What is advised is a tenth more at least, and enough for a tenth more of the
@@ -46,13 +46,13 @@ class MeetingSearch(NamedTuple):
     """The real modes behind growing modes, and what stops all growth.
 
     meetings: by the number of the growing mode; treatments: what separation and damping do as
-    advised, of the kind that is known to stop all; with_window: the kinds of cure with which
+    advised, of the kind that is known to stop all; growing_below: the kinds of cure with which
     something grows at lower values of the free parameter.
     """
 
     meetings: Mapping[int, Meeting]
     treatments: Mapping[Cure, Effect]
-    with_window: Sequence[Cure]
+    growing_below: Sequence[Cure]
 
 
 def find_meetings(
@@ -71,12 +71,13 @@ def find_meetings(
         As it is. With a cure nothing may grow from the lower end of the range of its thresholds to
         the present value; beyond, the next loss of stability is searched.
     paths : Paths
-        The modes of a chart, with the numbers of those of the brake: which of them meet.
+        The eigenvalue paths over the free parameter, which say which modes meet. Modes have the
+        numbers that they have in the spectrum of the brake.
     """
     spectrum = brake.spectrum
     meetings: dict[int, Meeting] = {}
     treatments: dict[Cure, Effect] = {}
-    with_window: list[Cure] = []
+    growing_below: list[Cure] = []
     with suppress(InputError, ComputationError):
         treated = TreatedBrake(brake)
         candidates: dict[int, list[Meeting]] = {}
@@ -92,13 +93,13 @@ def find_meetings(
             search.choose(candidates)
             search.damp_one_of_each()
             meetings = search.meetings
-            with_window = search.cures_with_window()
+            growing_below = search.cures_that_grow_below()
             for cure in (Cure.APART, Cure.BOTH):
                 if cure in search.confirmed:
                     # where the effect of one kind cannot be computed that of the other may be
                     with suppress(InputError, ComputationError):
                         treatments[cure] = search.effect(cure)
-    return MeetingSearch(meetings, treatments, with_window)
+    return MeetingSearch(meetings, treatments, growing_below)
 
 
 class _Confirmed(NamedTuple):
@@ -187,7 +188,7 @@ class _Search:
         else:
             self._add_if_confirmed(self._cheaper_sides())
 
-    def cures_with_window(self) -> list[Cure]:
+    def cures_that_grow_below(self) -> list[Cure]:
         """The kinds of cure with which something grows at a value up to the present one."""
         cures = []
         for cure, confirmed in self.confirmed.items():
@@ -212,14 +213,15 @@ class _Search:
         """Search amounts of cures, and add them to `confirmed` and to the meetings if they stop all
         that grows.
 
-        Damping of one mode of each pair is added only if it stops growth up to the value up to
-        which damping of both does.
+        If damping of both modes of each pair stops growth up to some value of the free parameter,
+        damping of one of them is added only if it stops growth up to that value too.
         """
         confirmed = self._confirm(cures)
         if confirmed is None:
             return
         of_both = self.confirmed.get(Cure.BOTH)  # None while damping of both itself is added
-        if of_both and not of_both.at_present_alone and Cure.APART not in cures.values():
+        is_damping = Cure.APART not in cures.values()
+        if is_damping and of_both is not None and not of_both.at_present_alone:
             holds_as_far = not confirmed.at_present_alone and confirmed.end >= of_both.end
             if not holds_as_far:
                 return
@@ -259,7 +261,8 @@ class _Search:
         it alone. None if no amounts are known to be enough.
         """
         shares = self._least_shares(cures, [self.present])
-        # on the basis nothing may grow even without cures, by rounding: no share is known then
+        # growth close to zero may be missing on the basis: then it needs no cure, and nothing is
+        # known of the cures that the full brake needs
         no_cure_is_needed = not any(shares.values())
         if math.inf in shares.values() or no_cure_is_needed:
             return None
@@ -269,7 +272,8 @@ class _Search:
             ends.insert(0, IN_HAND * self.present)
         at_present: _Confirmed | None = None
         for end in ends:
-            with suppress(InputError, ComputationError, ArithmeticError):  # no brake at the end
+            # there may be no brake at the end: an equilibrium ends, a formula divides by zero
+            with suppress(InputError, ComputationError, ArithmeticError):
                 confirmed = self._confirm_up_to(end, cures, enough)
                 if confirmed is not None and not confirmed.at_present_alone:
                     return confirmed
@@ -285,12 +289,12 @@ class _Search:
         then tried with the full matrices at all values up to `end`. If something grows at another
         value, that value joins `values`. If something grows at one of `values` (by rounding, or
         because the basis misses it), all amounts get 5 % more in the next try. None if nothing is
-        confirmed in `RETRIES` tries.
+        confirmed in `RETRIES` tries, or if no amounts are enough at all `values`.
 
         end: the present value of the free parameter, or above.
         """
         values = list(dict.fromkeys((self.present, end)))
-        at_present: _Confirmed | None = None
+        at_present: _Confirmed | None = None  # the first amounts that serve at the present value
         factor = 1.0
         for _ in range(RETRIES):
             shares = self._least_shares(cures, values)
@@ -302,7 +306,9 @@ class _Search:
             advised = self._rounded_up(cures, shares, factor)
             treatment = self._treatment(cures, advised)
             grows_at, thresholds = self.brake.refuted(treatment, values)
-            confirmed = _Confirmed(enough, advised, thresholds, grows_at is not None, end)
+            confirmed = _Confirmed(
+                enough, advised, thresholds, at_present_alone=grows_at is not None, end=end
+            )
             if grows_at is None:
                 return confirmed
             if grows_at in values:

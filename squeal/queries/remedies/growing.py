@@ -47,8 +47,10 @@ class ChangedBrakes:
     """
 
     def __init__(self, spectrum: Eigenvalues, changes: Sequence[Change]) -> None:
-        """spectrum: of the brake without a change; changes: one of each parameter and direction, up
-        to the largest size of which a reduced system is to be good."""
+        """spectrum: of the brake without a change; changes: one step of each parameter up and down.
+
+        A reduced system of a large one serves all changes of these kinds up to their largest size.
+        """
         self.spectrum = spectrum
         source = spectrum.source
         self.band: Band | None = None
@@ -56,7 +58,8 @@ class ChangedBrakes:
         if isinstance(source, SystemSource):
             self.band = source.selection.band
             if not is_small(source.file.system):
-                # at present, with more of the free parameter, and with half and all of each change
+                # at present ({}: no parameter changes), with more of the free parameter, and with
+                # half and all of each change
                 good_at: list[Values] = [{}, {spectrum.parameter: IN_HAND * spectrum.value}]
                 for change in changes:
                     for share in (0.5, 1.0):
@@ -106,13 +109,16 @@ class ChangedBrakes:
         return stopping
 
     def _compute(self, changes: Iterable[Values]) -> list[ComplexArray | None]:
-        """The growing roots at each of several sets of changed parameters, of pads together."""
+        """The growing roots (m,) with each change, rad/s; None where they cannot be computed.
+
+        Changed pads are computed together, changed systems one after the other.
+        """
         source = self.spectrum.source
         growing: list[ComplexArray | None] = []
         if isinstance(source, PadSource):
             for spectrum in spectra_of_pads(source.scene, list(changes)):
                 roots = None
-                if isinstance(spectrum, Spectrum):  # else the reason why there is none
+                if isinstance(spectrum, Spectrum):  # else it is the error that says why not
                     roots = upper_growing(spectrum.values, spectrum.rounding)
                 growing.append(roots)
             return growing

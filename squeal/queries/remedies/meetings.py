@@ -63,7 +63,7 @@ class Meeting:
         By kind the amount that is advised, `IN_HAND` times the above or more. It is confirmed for
         all values up to `IN_HAND` times the present one, else up to that one, else at that value.
     is_of_chart : bool
-        Whether the modes of the chart that meet begin at these frequencies.
+        Whether the eigenvalue paths of the two modes that meet begin at these frequencies.
     """
 
     omega: Array
@@ -137,13 +137,14 @@ class RealModes:
     def behind(self, mode: UnstableMode, starts: Sequence[float]) -> list[Meeting]:
         """The real modes that may be behind a growing one, the likeliest first.
 
-        First come the two at which the modes of the chart that meet begin, without a chart the two
-        that take part most. Then come the pairs of the three that take part most. A mode that takes
-        part alone is no pair. Choices that hold a free motion are left out. Empty if the growing
+        In a chart of the eigenvalues over the free parameter the growing mode meets another one.
+        First come the two real modes at which the paths of these two begin; without a chart, the
+        two that take part most. Then come the pairs of the three that take part most, or the only
+        mode that takes part. Choices that hold a free motion are left out. Empty if the growing
         mode does not vibrate, or if each choice holds a free motion. `forces` and `shapes` of this
         object grow by those of the modes, also of choices that are left out.
 
-        starts: angular frequencies at which the modes of the chart begin, rad/s; empty without.
+        starts: angular frequencies at which the paths begin, rad/s; empty without a chart.
         """
         if not mode.frequency_hz:
             return []
@@ -153,12 +154,12 @@ class RealModes:
         forces = self.mass @ shapes
         leading = self._leading(mode, forces)
         choices = list(itertools.combinations(leading, min(2, len(leading))))
-        # the real modes, by index, at which modes of the chart begin; none if they do not
+        # the indices of the real modes at which the paths begin; none if a path begins elsewhere
         chart = tuple(int(abs(omega - start).argmin()) for start in starts)
         if not np.allclose(omega[list(chart)], starts, rtol=SAME_START):
             chart = ()
-        # the first choice comes from the chart, or is the second one too: so the k-th choices of
-        # all growing modes are of one kind, unless one before them is left out
+        # without two paths the first choice stands twice: so number 0 is the choice of the chart
+        # for all growing modes, and number 1 that of the modes that take part most
         choices.insert(0, chart if len(chart) == 2 else choices[0])
         meetings = []
         for choice in choices:
@@ -189,7 +190,7 @@ class RealModes:
         """The meeting of one or two real modes, and of all others of the same frequencies.
 
         omega (m,), forces (n, m): of all computed modes, by rising frequency; chosen: the indices
-        of the one or two, rising.
+        of the one or two, rising; is_of_chart: see `Meeting`.
         """
         lowest = chosen[0]
         lower = omega[lowest]
@@ -197,7 +198,7 @@ class RealModes:
         is_upper = abs(omega - upper) <= SAME * upper
         is_lower = abs(omega - lower) <= SAME * lower
         members = np.flatnonzero(is_lower | is_upper)
-        if is_upper[lowest]:  # there is one frequency
+        if is_upper[lowest]:  # both have one frequency, or one was chosen: there is no upper one
             is_upper = np.zeros(len(omega), dtype=bool)
         return Meeting(
             omega=omega[members],
@@ -225,7 +226,7 @@ def _modes_near(K: Matrix, M: Matrix, omega: float) -> tuple[Array, Array]:
     """
     n = K.shape[0]
     if n <= NEAR or not is_sparse(K):
-        return real_modes(dense(K), dense(M), n, None)
+        return real_modes(dense(K), dense(M), n, ratios=None)
     from scipy.sparse.linalg import ArpackError
 
     shift = omega**2

@@ -91,15 +91,15 @@ class Remedy(Effect):
     def sentence(self, meaning: str) -> str:
         """What to change, by how much, what that does and what it costs.
 
-        Of a remedy that stops all that grows. meaning: what the parameter is, in brackets after a
-        space, or empty.
+        It is true of a remedy that stops all that grows, not of a partial one. meaning: what the
+        parameter is, such as " (leading spring)", or empty.
         """
         change = self.advised
-        rises = ""
+        cost_on_the_way = ""
         if self.rise:
-            rises = f"on the way growth first rises to {number(self.rise, 3)} 1/s"
+            cost_on_the_way = f"on the way growth first rises to {number(self.rise, 3)} 1/s"
         text = f"{change.verb.capitalize()} {change.parameter}{meaning} by {change.size}, "
-        text += f"{change.values}: {self.words(rises)}."
+        text += f"{change.values}: {self.words(cost_on_the_way)}."
         if not self.is_small:
             text += f" No parameter does it with up to {change.of(MOST_STEPS).size}."
         return text
@@ -176,13 +176,13 @@ def find_remedies(
             if remedy is not None:
                 remedies.append(remedy)
     if remedies:
-        remedies.sort(key=lambda remedy: remedy.leaves_window)
+        remedies.sort(key=lambda remedy: remedy.grows_below)
         return RemedySearch(tuple(remedies))
     return search.partial_remedies()
 
 
 def keep_below(brake: Brake, outside: Thresholds | None) -> Bound | None:
-    """The value of the free parameter below which nothing grows of all that was looked at.
+    """The value of the free parameter below which nothing grows, in the band or outside of it.
 
     None if nothing grows at the present value, something grows from the lower end of the range on,
     or stability is first lost beyond the present value or more than `NO_WAY` below it.
@@ -192,15 +192,16 @@ def keep_below(brake: Brake, outside: Thresholds | None) -> Bound | None:
     brake : Brake
         As it is.
     outside : Thresholds, optional
-        Of what grows outside of a band, which may be lost earlier.
+        Of the modes outside of the band, which may begin to grow at a smaller value; left out, only
+        the modes of the band were computed.
     """
     spectrum = brake.spectrum
     losses = brake.losses
-    value = brake.present
+    present = brake.present
     first = losses.first
     if not spectrum.unstable or losses.verdict in GROWING or first is None:
         return None
-    if not 0.0 < first.mu < value:
+    if not 0.0 < first.mu < present:
         return None
     earliest = first
     if outside is not None and outside.verdict not in GROWING and outside.first is not None:
@@ -211,9 +212,10 @@ def keep_below(brake: Brake, outside: Thresholds | None) -> Bound | None:
     below = rounded(lowest, 4, math.floor)
     below_with_margin = rounded(lowest / IN_HAND, 4, math.floor)
     unit = unit_of(losses.source)
-    no_change = Change(spectrum.parameter, value, value / 100.0, "%", 0.0, unit)
-    change = no_change.of(100.0 * (float(below) / value - 1.0))
-    with_margin = no_change.of(100.0 * (float(below_with_margin) / value - 1.0))
+    one_percent = present / 100.0
+    no_change = Change(spectrum.parameter, present, one_percent, "%", 0.0, unit)
+    change = no_change.of(100.0 * (float(below) / present - 1.0))
+    with_margin = no_change.of(100.0 * (float(below_with_margin) / present - 1.0))
     if abs(with_margin.count) > NO_WAY:
         return None
     return Bound(
@@ -317,7 +319,7 @@ class _Search:
         """The remedy of a pair of `least_changes`, as the full system confirms it.
 
         `least` is rounded up until nothing grows with it at the present value; None if something
-        does with all of these.
+        grows with each of the rounded changes.
         """
         for change in rounded_up(least):
             with suppress(InputError, ComputationError):  # there may be no such brake
@@ -360,9 +362,9 @@ class _Search:
     def _least_growth(self) -> Sequence[tuple[float, Change]]:
         """For each parameter the least growth rate, 1/s, with a change up or down, and that change.
 
-        The least rate comes first. A larger change is taken only if it is better by `BETTER`; one
-        by 0 steps says that none is.
-        Changes that only move growing modes out of the band are passed over.
+        The least rate comes first. Of the changes of a parameter a larger one is taken only if
+        growth falls by the factor `BETTER` against the smaller one. The change has 0 steps where
+        growth does not fall. Changes that only move growing modes out of the band are passed over.
         """
         best: dict[str, tuple[float, Change]] = {}
         for direction in self.directions:
@@ -404,7 +406,7 @@ class _Search:
         """
         present = self.brake.present
         for _ in range(RETRIES):
-            growing_at: list[float] = []  # values up to the present one
+            growing_at: list[float] = []  # values up to the present one at which something grows
             for change in rounded_up(with_margin):
                 answer = self._thresholds_with(change)
                 loss = loss_of(answer, self.brake.high)
@@ -412,9 +414,9 @@ class _Search:
                     return change, loss
                 growing_at = growing_within(answer, present)
                 if growing_at:
-                    break
+                    break  # to round up further is of no use: the search goes on below
             if not growing_at:
-                break
+                break  # none of the changes leaves the margin
             self.factors += [value / present for value in growing_at]
             (with_margin,) = self._with_margins([least])
         return None, None
@@ -481,7 +483,8 @@ def _first_intervals(
     Returns
     -------
     lows, highs : dict
-        The factors before, and the first ones that pass; a direction without is missing in both.
+        The factors before, and the first ones that pass. A direction of which no change passes is
+        missing in both.
     """
     lows: dict[Change, float] = {}
     highs: dict[Change, float] = {}

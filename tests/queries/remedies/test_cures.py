@@ -193,7 +193,7 @@ def test_a_change_after_which_stability_is_lost_from_zero_on_is_reported():
     C = 0.5 * np.eye(2)
     report = squeal.report(squeal.System(np.eye(2), C, K, parameters={"mu": 0.7, "s": 1.0}))
     remedy = report.remedy
-    assert not remedy.leaves_window
+    assert not remedy.grows_below
     assert "just stops at mu = 0.7" in report.remedies.text()
     for mu in np.linspace(0.0, 2.0, 41):
         stiff = K["1"] + remedy.advised.after * K["s"] + mu * K["mu"]
