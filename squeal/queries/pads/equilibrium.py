@@ -123,7 +123,8 @@ def _hangs_on_rounding(model: PadModel, q: Array, state: State, matrices: Linear
     """Whether rounding of an equilibrium q (3,) may change the verdict on the matrices about it."""
     M, C, K = matrices
     mass_root = np.sqrt(np.outer(np.diag(M), np.diag(M)))  # M^-1/2 K M^-1/2 is K / mass_root
-    # of the mass-normalised stiffness, in SI units; this and what follows are of a stack of one pad
+    # error of the entries of M^-1/2 K M^-1/2, SI units. The functions below take stacks of pads:
+    # the leading axis is that of a stack, here of one pad
     error = np.zeros((1, 3, 3))
     if not model.linear:
         statics = Statics.of(dataclasses.replace(model, damping=None))

@@ -89,7 +89,8 @@ def codes_at(scene: Scene, names: Names, values: Array, compiled: bool = False) 
     values : array (p, n)
         Their values, SI units.
     compiled : bool
-        Whether the equilibria are computed in machine code, which many points earn.
+        Whether the equilibria are computed in machine code. Only many points are worth the time
+        that compiling takes.
 
     Raises
     ------
@@ -193,8 +194,8 @@ def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
     names = [axis.name for axis in axes]
     for axis in axes:
         if axis.name not in allowed:
-            used = f"a parameter of the scene: {', '.join(allowed)}"
-            raise (at / "name").must_be(axis.name, used)
+            requirement = f"a parameter of the scene: {', '.join(allowed)}"
+            raise (at / "name").must_be(axis.name, requirement)
         for end in axis.values[[0, -1]].tolist():
             PARAMETERS[axis.name].kind.check(end, at, axis.name)
     if names[0] == names[1]:
@@ -216,7 +217,8 @@ def stability_map(
     scene : Scene
         The scene; the parameters of the axes replace its own.
     axes : (Axis, Axis), optional
-        The two parameters and their values; the angles of B3's springs if left out.
+        The two parameters and their values; 200 values from 0 to pi of each of the two spring
+        angles if left out.
     quantity : str, optional
         One of `QUANTITIES` that is computed beside the verdicts, NaN where there is none or where
         it could not be decided. Growth and frequency are computed at the scene's mu, or at the mu
@@ -238,7 +240,8 @@ def stability_map(
     points = on_grid(scene, names, axes[0].values, axes[1].values)
     codes = np.where(points.doubtful, UNKNOWN, points.codes).astype(np.int8)
     beyond = points.beyond
-    admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
+    has_verdict = codes < len(VERDICTS)  # neither beyond a fold nor unknown
+    admissible = has_verdict & ~beyond.any(axis=0)
     warnings = _inadmissible(codes, beyond)
     details: dict[str, Any] = {
         "admissible_share": float(admissible.mean()),
@@ -249,13 +252,13 @@ def stability_map(
     name_unit_values = None
     notes = []
     if quantity is not None:
-        words, unit = QUANTITIES[quantity]
+        quantity_name, unit = QUANTITIES[quantity]
         values, unknown = _quantity(scene, axes, quantity)
         unit = unit_word(unit)
         name_unit_values = (quantity, unit, values)
-        notes.append(f"{words}: {_span(values, unit)}")
+        notes.append(f"{quantity_name}: {_span(values, unit)}")
         if unknown.any():
-            warnings.append(f"{words} could not be decided at {_share(unknown)}")
+            warnings.append(f"{quantity_name} could not be decided at {_share(unknown)}")
     if np.any(codes == MARGINAL) and scene.damping is None:
         notes.append("marginal: nothing damps; try `damping: {ratios: [0.02, 0.02, 0.02]}`")
     return Map(
@@ -363,7 +366,8 @@ def threshold_curves(
     # 1 at stable points, 0 at others: the level 0.5 passes halfway between two neighbours
     field = np.ma.masked_array(1.0 * stable, ~decided)
     traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
-    # (2, points) each: the ends of the line between two neighbours on which each traced point lies
+    # (2, points) each: the ends of the line between two neighbours on which each traced point lies,
+    # as shares of both axes
     shares_stable, shares_other = _ends_across(traced, stable)
     for _ in range(HALVINGS):  # bisection of all lines between neighbours at once
         middle = (shares_stable + shares_other) / 2
@@ -388,13 +392,14 @@ def threshold_curves(
     numbers_of_lines = np.split(np.arange(points.shape[1]), ends_of_lines[:-1])
     for line in numbers_of_lines:
         for part, closed in _parts_of_one_kind(line, points, kinds):
-            curve = {
-                "kind": str(kinds[part[0]]),
-                "closed": closed,
-                "points": points[:, part].T.tolist(),
-                "frequency_hz": hertz[part].tolist(),
-            }
-            curves.append(curve)
+            curves.append(
+                {
+                    "kind": str(kinds[part[0]]),
+                    "closed": closed,
+                    "points": points[:, part].T.tolist(),
+                    "frequency_hz": hertz[part].tolist(),
+                }
+            )
     return curves
 
 

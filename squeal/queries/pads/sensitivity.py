@@ -89,15 +89,14 @@ def parameter_slopes(model: PadModel, q: Array, state: State, name: str) -> Para
         slopes = [dual.dual(load).slope + 0.0 * at[0] for load in loads]
         return np.array(np.broadcast_arrays(*slopes))
 
-    loads = load_slopes(q, np.zeros(3))  # of the pad held at q
+    dloads = load_slopes(q, np.zeros(3))  # of the pad held at q
     dq = np.zeros(3)
     if not model.linear:
         try:
-            dq = np.linalg.solve(linearise(model, q, state).K, loads)
+            dq = np.linalg.solve(linearise(model, q, state).K, dloads)
         except np.linalg.LinAlgError:
             dq = np.full(3, np.inf)
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
-    gaps = model.law.gaps(c, pose_of(dual, _moving(q, dq)))
     dC = np.zeros((3, 3))
     # where friction falls with the sliding speed the loads depend on x_dot, and C = -d loads / d
     # (x_dot, y_dot, theta_dot) has a first column. The damping that the scene names is added to it
@@ -105,8 +104,9 @@ def parameter_slopes(model: PadModel, q: Array, state: State, name: str) -> Para
     if pad.fall is not None:
         dC[:, :1] = -complex_step(lambda x_dot: load_slopes(q, dq, x_dot[0]), np.zeros(1))
     dK = -complex_step(lambda at: load_slopes(at, dq), q)
+    gaps = model.law.gaps(c, pose_of(dual, _moving(q, dq)))
     dgaps = np.array([float(dual.dual(gap).slope) for gap in gaps])
-    return ParameterSlopes(loads, dM, dC, dK, dgaps)
+    return ParameterSlopes(dloads, dM, dC, dK, dgaps)
 
 
 def _moving(q: Array, dq: Array) -> tuple[Dual, Dual, Dual]:
@@ -211,8 +211,9 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         return _without_frequency({name: of_p.gaps[changing] for name, of_p in slopes.items()})
     M, C, K = linearise(model, q, state)
     inverse_masses = 1.0 / np.diag(M)
-    unit = np.sqrt(np.outer(inverse_masses, inverse_masses))  # M^-1/2 K M^-1/2 is K * unit
-    matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
+    # M^-1/2 K M^-1/2 is K * normalising, entry by entry
+    normalising = np.sqrt(np.outer(inverse_masses, inverse_masses))
+    matrices = M * normalising, (C + damping_matrix(scene)) * normalising, K * normalising
     if point.kind == "fold":
         # the left vector y of the singular matrix has y^H M^-1/2 K M^-1/2 = 0, so that the row
         # y^H M^-1/2 is the left singular vector of K
@@ -220,12 +221,12 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
         return _without_frequency(
             {name: complex(left @ of_p.loads) for name, of_p in slopes.items()}
         )
-    scaled = {}
+    by_parameter = {}
     for name, of_p in slopes.items():
-        scaled[name] = (of_p.M * unit, of_p.C * unit, of_p.K * unit)
+        by_parameter[name] = (of_p.M * normalising, of_p.C * normalising, of_p.K * normalising)
     crossing = Singular.of(matrices, 2j * np.pi * point.frequency_hz)
-    scaled_by_mu = scaled.pop("mu")
-    return crossing_slopes(crossing, matrices, scaled_by_mu, scaled)
+    by_mu = by_parameter.pop("mu")
+    return crossing_slopes(crossing, matrices, by_mu, by_parameter)
 
 
 def _without_frequency(g_slopes: dict[str, complex]) -> dict[str, tuple[float, float]]:
@@ -275,7 +276,7 @@ def loss_sensitivity(scene: Scene, answer: Thresholds) -> Sensitivity:
     There are no derivatives where stability is not lost.
     """
     loss = answer.first
-    slopes = {}
+    slopes = {}  # by name the derivatives of mu and of the frequency (Hz) of the loss
     if loss is not None:
         slopes = {name: np.array(pair) for name, pair in of_threshold(scene, loss).items()}
     values, units = _values_and_units(scene)

@@ -406,17 +406,17 @@ class PadStack:
         A linear model has one interval for each pad, about the origin.
         """
         if self.linear:
-            no_pad = np.zeros(self.n, dtype=bool)
+            of_no_pad = np.zeros(self.n, dtype=bool)
             return _Intervals(
                 pad=np.arange(self.n),
                 start=np.zeros(self.n),
                 stop=np.full(self.n, mu_max),
-                begins_at_change=no_pad,
+                begins_at_change=of_no_pad,
                 at=lambda _pad, mu: self.origin(mu),
                 mu_end=np.full(self.n, np.nan),
                 ends=[""] * self.n,
-                interrupted=no_pad,
-                no_start=no_pad,
+                interrupted=of_no_pad,
+                no_start=of_no_pad,
             )
         branches = self.branches(np.full(self.n, mu_max))
         no_start = branches.end == BranchEnd.NO_EQUILIBRIUM
@@ -454,15 +454,16 @@ class PadStack:
 
         Verdicts are computed on a grid of `GRID_POINTS` values of mu or more, with all nodes of the
         branch, and the step to the first unstable value is bisected. Steps within which a margin of
-        stability comes close to zero are searched too. Another interval of instability that is
-        narrower than a step may be missed.
+        stability comes close to zero are searched too. Instability that begins and ends within
+        one step may be missed all the same.
         """
         intervals = self._intervals(mu_max)
         grid = _friction_grid(intervals, mu_max)
         pad = intervals.pad[grid.interval]
         stability = self._judge(intervals, pad, grid.mu)
-        for which in range(len(stability.margins)):  # changes the grid and the stability in place
-            self._move_points_to_instability(intervals, grid, stability, which)
+        # by the margin of pairs, and by that of real roots; both change grid and stability in place
+        for margin_index in range(len(stability.margins)):
+            self._move_points_to_instability(intervals, grid, stability, margin_index)
         unstable = np.flatnonzero(~stability.no_unstable_mode)
         # the pads that lose stability, and the first unstable point of each: points of a pad are in
         # order of mu, and `np.unique` gives the first index of each pad
@@ -475,8 +476,8 @@ class PadStack:
         # change of contact on: stability is lost at this very value
         begins_at_change = intervals.begins_at_change[grid.interval[first]]
         is_first_of_interval = grid.number[first] == 0
-        is_known = is_first_of_interval & ((first_unstable == 0.0) | begins_at_change)
-        last_stable = np.where(is_known, first_unstable, last_stable)
+        is_located = is_first_of_interval & ((first_unstable == 0.0) | begins_at_change)
+        last_stable = np.where(is_located, first_unstable, last_stable)
         # narrow: two roundings of the largest mu, closer than which no value lies between
         loss = self._bisect(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
         return self._losses(intervals, losing, loss)
@@ -555,7 +556,7 @@ class PadStack:
         )
 
     def _move_points_to_instability(
-        self, intervals: _Intervals, grid: _FrictionGrid, stability: _Stability, which: int
+        self, intervals: _Intervals, grid: _FrictionGrid, stability: _Stability, margin_index: int
     ) -> None:
         """Search for instability between stable points of a grid, where a margin nearly vanishes.
 
@@ -566,7 +567,7 @@ class PadStack:
 
         which: the margin, 0 of pairs and 1 of real roots.
         """
-        margin = stability.margins[which]
+        margin = stability.margins[margin_index]
         stable = stability.no_unstable_mode  # this array and the next are changed
         mu = grid.mu
         interval = grid.interval
@@ -594,7 +595,7 @@ class PadStack:
             right = high - GOLDEN * width
             inner = self._judge(intervals, np.tile(pad[j], 2), np.concatenate([left, right]))
             # an unstable case counts as the lowest margin, so that the search stays with it
-            margins_inside = np.where(inner.no_unstable_mode, inner.margins[which], -np.inf)
+            margins_inside = np.where(inner.no_unstable_mode, inner.margins[margin_index], -np.inf)
             at_left, at_right = margins_inside.reshape(2, -1)
             keep_left = at_left <= at_right
             low = np.where(keep_left, low, left)
