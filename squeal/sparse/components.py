@@ -8,7 +8,7 @@ modes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
 from squeal.linear.damping import structure_stiffness
-from squeal.linear.matrices import EPS, Matrix, is_sparse, norm_of
+from squeal.linear.matrices import EPS, Matrix, norm_of
 from squeal.linear.system import System
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula, Parameters
@@ -84,6 +84,7 @@ class Component:
 
     def __post_init__(self) -> None:
         n = self.system.n
+        # directions are read as floats, so that 0.5 is refused and not cut off to 0
         types = {"nodes": str, "directions": float, "places": float, "load": float}
         for name, type_of_entries in types.items():
             entries = getattr(self, name)
@@ -205,37 +206,27 @@ class Component:
         >>> squeal.eigenvalues(turned.system).values[::2].imag.round(9).tolist()
         [8.0, 12.0]
         """
-        from scipy.sparse import csc_array
-
         if self.rows is not None:  # the rows of modes belong to no node, but move all
             raise InputError(
                 f"{self.name} is reduced, so that no rotation is allowed; rotate the full "
                 "component, then reduce it"
             )
         cross = self._cross_product(axis)
-        squared = csc_array(cross @ cross)
+        squared = cross @ cross
         formula = Formula(str(speed))
-
-        def product_with(J: csc_array, factor: float) -> Callable[[Matrix], Matrix]:
-            """The map of a matrix X to factor (X J + J X), which is dense if X is."""
-
-            def product(X: Matrix) -> Matrix:
-                total = factor * (csc_array(X) @ J + J @ csc_array(X))
-                return total if is_sparse(X) else total.toarray()
-
-            return product
-
         coriolis: list[Term] = []
         softening: list[Term] = []
         for term in self.system.M:
-            once = Formula(f"({formula.text}) * ({term.factor.text})")
-            twice = Formula(f"({formula.text}) * {once.text}")
-            gyroscopic = product_with(cross, 1.0)  # 2 G
-            centrifugal = product_with(squared, 0.5)  # -Z
+            by_speed = Formula(f"({formula.text}) * ({term.factor.text})")
+            by_square = Formula(f"({formula.text}) * {by_speed.text}")  # speed^2 times the factor
+            gyroscopic = partial(_sum_of_products, cross, 1.0)  # 2 G = M J + J M
+            centrifugal = partial(_sum_of_products, squared, 0.5)  # -Z
             # the same with |J| bounds the errors of the entries
-            coriolis.append(term.mapped(gyroscopic, product_with(abs(cross), 1.0), once))
+            gyroscopic_errors = partial(_sum_of_products, abs(cross), 1.0)
+            centrifugal_errors = partial(_sum_of_products, abs(squared), 0.5)
+            coriolis.append(term.mapped(gyroscopic, gyroscopic_errors, by_speed))
             if not preloaded:
-                softening.append(term.mapped(centrifugal, product_with(abs(squared), 0.5), twice))
+                softening.append(term.mapped(centrifugal, centrifugal_errors, by_square))
         # a name that is left out here may be a parameter of the system already
         needed = {name: values[name] for name in formula.names if name in values}
         system = replace(
@@ -324,13 +315,14 @@ class Component:
         places = None
         if self.places is not None:
             places = np.vstack([self.places[boundary], np.zeros((modes, 3))])
+        # the rows of modes are inside: they belong to no node ("") and to no direction (-1)
         return Component(
-            system=self.system.mapped(partial(_projected, basis), labels=()),  # rows of its own
+            system=self.system.mapped(partial(_projected, basis), labels=()),
             nodes=[*self.nodes[boundary], *[""] * modes],
             directions=[*self.directions[boundary], *[-1] * modes],
             places=places,
             load=None if self.load is None else basis.T @ self.load,
-            rows=self.system.n,
+            rows=self.system.n,  # before the reduction
             cutoff=cutoff,
             basis=basis,
             residual_flexibility=_residual_flexibility(matrices, basis, interior, factor),
@@ -380,7 +372,7 @@ class Component:
         energy_of_constraint += omega**2 * (constraint.T @ (M @ constraint))
         shares, motions = eigh(omega**4 * (static.T @ (inner_K @ static)), energy_of_constraint)
         static = static @ motions[:, shares > SHARE]
-        static /= np.sqrt(np.sum(static * (inner_M @ static), axis=0))
+        static /= np.sqrt(np.sum(static * (inner_M @ static), axis=0))  # to unit modal mass
         inside = np.zeros((self.system.n, modes.shape[1] + static.shape[1]))
         inside[interior] = np.hstack([modes, static])
         return factor, np.hstack([constraint, inside])
@@ -461,13 +453,20 @@ def _residual_flexibility(
     return np.block(blocks)
 
 
+def _sum_of_products(J: csc_array, factor: float, X: Matrix) -> Matrix:
+    """factor (X J + J X), which is dense if X is."""
+    return factor * (X @ J + J @ X)
+
+
 def _projected(basis: Array, term: Term) -> Term:
     """The term V^T A V of a real basis V (n, d), with its factor."""
+    # the same with |V| bounds the errors of the entries
+    return term.mapped(partial(_onto, basis), partial(_onto, np.abs(basis)))
 
-    def onto(V: Array) -> Callable[[Matrix], Matrix]:  # with |V| it bounds the errors of entries
-        return lambda A: V.T @ (A @ V)
 
-    return term.mapped(onto(basis), onto(np.abs(basis)))
+def _onto(V: Array, A: Matrix) -> Matrix:
+    """The projection V^T A V (d, d)."""
+    return V.T @ (A @ V)
 
 
 def _unit_columns(n: int, rows: Indices) -> Array:
