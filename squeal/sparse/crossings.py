@@ -181,11 +181,11 @@ class CrossingSearch:
     """
 
     def __init__(
-        self, reduction: ReducedBasis | Reduction, name: str, held: ScaledSystem | None
+        self, reduction: ReducedBasis | Reduction, name: str, bordered: ScaledSystem | None
     ) -> None:
         self.reduction = reduction
         self.name = name
-        self.held = held
+        self.bordered = bordered
         self.scaled = ScaledSystem(reduction.system)
         region = reduction.region
         if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
@@ -202,8 +202,8 @@ class CrossingSearch:
         if value not in self._spectra:
             roots = self.reduction.roots({self.name: value})
             roots = roots.select(self.region.contains(roots.values))
-            if self.held is not None:
-                zeros = np.flatnonzero(roots.values == 0.0)[: self.held.zeros]
+            if self.bordered is not None:
+                zeros = np.flatnonzero(roots.values == 0.0)[: self.bordered.zeros]
                 roots = roots.select(np.delete(np.arange(len(roots.values)), zeros))
             self._spectra[value] = spectrum_with_slopes(
                 self.reduction.system, self.name, value, roots
@@ -224,10 +224,10 @@ class CrossingSearch:
         after = self.at(high)
         match = _match(before, after)
         division = self._division(before, after, match)
-        pairs = []
+        pairs = []  # without real roots if `bordered` has given their crossings already
         for i, j in zip(match.before, match.after, strict=True):
             is_real = np.abs([before.z[i].imag, after.z[j].imag]).max() <= self.imag_rounding
-            if self.held is None or not is_real:
+            if self.bordered is None or not is_real:
                 pairs.append((i, j))
         crossings: list[AxisCrossing] = []
         if division is None:
@@ -435,13 +435,13 @@ class _ReducedCrossing(NamedTuple):
 
 
 def _crossings_of_reduced(
-    reduction: Reduction, name: str, values: Sequence[float], held: ScaledSystem | None
+    reduction: Reduction, name: str, values: Sequence[float], bordered: ScaledSystem | None
 ) -> Iterator[_ReducedCrossing]:
     """The crossings of each frozen part of the reduced system."""
     shortest = SHORTEST_STEP * (values[-1] - values[0])
     for part in _frozen_parts(reduction):
         reduced = part.path_reduction
-        search_on_part = CrossingSearch(reduced, name, held)
+        search_on_part = CrossingSearch(reduced, name, bordered)
         scale = search_on_part.scaled.scale
         for a, b in itertools.pairwise(values):
             for guess in search_on_part.between(a, b, shortest):
@@ -458,7 +458,7 @@ def crossings_along(
     name: str,
     values: Sequence[float],
     zero_roots: Sequence[CrossingGuess] = (),
-    held: ScaledSystem | None = None,
+    bordered: ScaledSystem | None = None,
 ) -> tuple[list[AxisCrossing], list[str]]:
     """All crossings of the imaginary axis by roots in the region of a reduction, while the
     parameter goes from its first to its last value.
@@ -476,10 +476,10 @@ def crossings_along(
     values : sequence of float
         Its values, rising: the ends of the first steps.
     zero_roots : sequence of CrossingGuess
-        All crossings by real roots, with vectors in the scaled coordinates of `held`.
-    held : ScaledSystem, optional
-        The full system without the zeros of free motions. Left out, crossings by real roots are
-        searched on the reduced system.
+        All crossings by real roots, with vectors in the scaled coordinates of `bordered`.
+    bordered : ScaledSystem, optional
+        The full system, bordered so that it lacks the zeros of free motions, see `without_zeros`.
+        Left out, crossings by real roots are searched on the reduced system.
 
     Returns
     -------
@@ -496,17 +496,17 @@ def crossings_along(
     """
     region = reduction.region
     guesses = [_ReducedCrossing(guess, is_near_part=True) for guess in zero_roots]
-    for reduced in _crossings_of_reduced(reduction, name, values, held):
-        # with `held` all real roots that pass zero are among the zero_roots
-        if held is None or reduced.guess.omega:
+    for reduced in _crossings_of_reduced(reduction, name, values, bordered):
+        # with `bordered` all real roots that pass zero are among the zero_roots
+        if bordered is None or reduced.guess.omega:
             guesses.append(reduced)
     full = reduction.scaled
-    real = held or full  # on which crossings by real roots are located
+    full_of_real_roots = bordered or full  # on which crossings by real roots are located
 
     def locate(reduced: _ReducedCrossing) -> AxisCrossing | ComputationError:
         guess = reduced.guess
         try:
-            return axis_crossing(full if guess.omega else real, name, guess)
+            return axis_crossing(full if guess.omega else full_of_real_roots, name, guess)
         except ComputationError as error:
             return error
 
@@ -525,6 +525,7 @@ def crossings_along(
         in_range = _in_range(crossing, values[0], values[-1])
         if in_range is not None:
             inside.append(in_range)
+    # of crossings at one value the one whose growth rate changes fastest comes first
     inside.sort(key=lambda crossing: (crossing.value, -abs(crossing.slope)))
     return inside, unconfirmed
 
@@ -547,6 +548,7 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
     for part in _frozen_parts(reduction):
         clusters = search(part.path_reduction.system, low, high).clusters
         for event in itertools.chain(*clusters):
+            # those at 0 Hz, and those that belong to other frozen frequencies
             if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
             meeting = _at_own_frequency(reduction.system, event, part.omega, low, high)
@@ -668,7 +670,7 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
         change = abs(crossing.value - value)
         value = crossing.value
         omega = crossing.omega
-    else:
+    else:  # after the last step: none has converged, and none has failed
         # terms that cancel round more than their sum: such steps do not shrink any further
         if change <= STAGNANT_STEP * abs(value):
             low, high = crossing.interval
@@ -720,8 +722,8 @@ def _linearised(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Linea
     # the parameters that hold the frequency are proportional to omega, so that their values at
     # 1 rad/s are their derivatives by omega
     by_frequency = 0j
-    for frequency, d_by_omega in system.frequency(1.0).items():
-        derivative = scaled.slope(frequency, parameters, root)
+    for frequency_name, d_by_omega in system.frequency(1.0).items():
+        derivative = scaled.slope(frequency_name, parameters, root)
         by_frequency = by_frequency + d_by_omega * (y @ (derivative @ x))
     image = problem.apply(np.array([root]), x[:, None])[:, 0]
     size = float(problem.size(np.array(root)))
@@ -762,6 +764,7 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         product = complex(0.0, product.real)
     jacobian = np.array([np.real(columns), np.imag(columns)])
     sizes = np.abs(jacobian).max(axis=0)  # of the columns, whose units differ
+    # above a condition of 1e12 a step has less than four true digits; NaN counts as above
     if not (sizes.all() and np.linalg.cond(jacobian / sizes) <= 1e12):
         return None
     with np.errstate(over="ignore", invalid="ignore"):
@@ -774,6 +777,8 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     omega_error, p_error = errors.tolist()
     new_p = p + step
     new_omega = guess.omega + omega_step
+    # steps are relative to p and omega; to 1 where p is 0 before and near 0 after the step, and to
+    # at least 1 rad/s
     p_limit = max(p_error, CONVERGED_STEP * max(abs(new_p), abs(p) or 1.0))
     omega_limit = max(omega_error, CONVERGED_STEP * max(abs(new_omega), 1.0))
     is_converged = abs(step) <= p_limit and abs(omega_step) <= omega_limit

@@ -32,7 +32,7 @@ SHORTEST_PART = 2.0**-10  # of the range: shorter parts are not halved
 MOST_PARTS = 200  # that are examined at most
 NEAR_ZERO = 1e-6  # of the frequency scale: far below the lowest roots that are not zero
 MOST_FREE = 12  # free motions, of two bodies; beside as many no static loss is looked for
-SLOW = 1e-4  # less of random forces than this moves no free motion, up to some 10^7 rows
+SLOW = 1e-4  # a random vector has at least this share of a free motion, up to some 10^7 rows
 LARGEST_CONTRACTION = 0.4  # below 1, since few powers of T may underestimate its contraction
 DROPPED_PART = 1e-12  # of null vectors: what they add less is left out
 
@@ -126,7 +126,8 @@ def without_zeros(scaled: ScaledSystem, values: Sequence[float]) -> ScaledSystem
     Returns
     -------
     ScaledSystem
-        Its first n rows have the scaled coordinates of the system.
+        Of n rows and a row for each free motion. Its first n rows have the scaled coordinates of
+        the system; `zeros` is how many roots at zero the border takes out.
     """
     name = scaled.system.parameter
     slow = _slow_motions(scaled.at({name: values[0]}))
@@ -138,40 +139,45 @@ def without_zeros(scaled: ScaledSystem, values: Sequence[float]) -> ScaledSystem
     count = free.shape[1]
     if count in (0, MOST_FREE):
         return scaled
-    # a root -c / m is as good as zero up to where rounding of K moves zeros: c = sqrt(noise m)
+    # a motion of mass m and damping c has the roots 0 and -c / m. Rounding of K moves zeros by
+    # sqrt(noise / m): a root up to there, c <= sqrt(noise m), counts as a second zero
     slight = math.sqrt(noise * problems[0].norms[0])
-    undamped, damped = _split_by_forces(free, [p.C @ free for p in problems], slight)
-    undamped = undamped * problems[0].frequency_scale ** 2  # M X1 in size as K
+    X1, X2 = _split_by_forces(free, [p.C @ free for p in problems], slight)
+    X1 = X1 * problems[0].frequency_scale ** 2  # so that M X1 has the size of K
 
     n = scaled.n
     system = scaled.system
-    first = eye_array(n, n + count)
-    last = eye_array(count, n + count, k=n)
-    inverse_scale = 1.0 / scaled.scale[:, None]
-    of_damped = csc_array(np.hstack([0.0 * undamped, damped]) / inverse_scale) @ last
-    of_undamped = csc_array(np.hstack([undamped, 0.0 * damped]) / inverse_scale) @ last
-    sides = Term(last.T @ csc_array(free * inverse_scale).T @ first)
+    rows = eye_array(n, n + count)  # places n columns of the system before the border
+    border = eye_array(count, n + count, k=n)  # places `count` columns in the border
+    # from scaled coordinates, in which the motions are, to those of the system
+    scale = scaled.scale[:, None]
+    X1_in_border = csc_array(np.hstack([X1, 0.0 * X2]) * scale) @ border
+    X2_in_border = csc_array(np.hstack([0.0 * X1, X2]) * scale) @ border
+    free_rows = Term(border.T @ csc_array(free / scale).T @ rows)  # X' below P
 
-    plain = projected(system, first, first)
-    beside = projected(system, first, of_damped)
-    stiffness = (*plain.K, *projected(system, first, of_undamped).M, *beside.C, sides)
-    bordered = replace(plain, C=plain.C + beside.M, K=stiffness)
-    held = ScaledSystem(bordered, np.append(scaled.scale, np.ones(count)))
-    held.zeros = count + undamped.shape[1]
-    return held
+    unbordered = projected(system, rows, rows)  # P, with an empty border
+    on_X1 = projected(system, rows, X1_in_border)  # its M is M X1, in columns of the border
+    on_X2 = projected(system, rows, X2_in_border)
+    stiffness = (*unbordered.K, *on_X1.M, *on_X2.C, free_rows)
+    bordered = replace(unbordered, C=unbordered.C + on_X2.M, K=stiffness)
+    bordered_scaled = ScaledSystem(bordered, np.append(scaled.scale, np.ones(count)))
+    bordered_scaled.zeros = count + X1.shape[1]  # an undamped free motion has two
+    return bordered_scaled
 
 
 def _slow_motions(problem: ScaledProblem) -> Array:
     """Orthonormal motions (n, k) that hold all free ones; none where K holds every motion.
 
     By inverse iteration on K + s^2 M, s just above zero, which leaves free motions and rounding:
-    C would mix in other motions. A free motion has 1 / s^2 times the size of what moves it.
+    C would mix in other motions. To the forces M v a free motion X, X' M X = 1, responds by
+    (X' M v) / s^2 X: by the share of v that it makes up, over s^2.
     """
     undamped = replace(problem, C=0.0 * problem.C)
     s = NEAR_ZERO * problem.frequency_scale
     _, factor = factorise_at(undamped, complex(s))
     vectors = np.random.default_rng(2).standard_normal((problem.n, MOST_FREE))
     first = vectors[:, :1]
+    # where `first` has no share of a free motion there is none
     if s**2 * np.linalg.norm(factor.solve(problem.M @ first)) < SLOW * np.linalg.norm(first):
         return np.zeros((problem.n, 0))
     for _ in range(2):
@@ -283,7 +289,7 @@ def singular_between(
                 y = factor.solve(slope.T @ y, transposed=True)
                 x = x / np.linalg.norm(x)
                 y = y / np.linalg.norm(y)
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"):  # a vanishing slope gives a step of NaN
             step = -float(y @ (K @ x)) / float(y @ (slope @ x) or np.nan)
         value += step
         if not low < value < high:  # NaN too

@@ -111,12 +111,12 @@ def system_thresholds(
 ) -> SystemThresholds:
     """Locate every threshold of a system over its free parameter p.
 
-    All roots are followed of a small system without a band or region; with one, only of up to
+    Of a small system all roots are followed; with a band or region only if it has at most
     `SMALL_ROWS` rows and a regular M. Other thresholds are searched on a reduced system and located
-    on the full one. Growing roots are then
-    counted on the full system, at one value between each two neighbouring crossings. `certified`
-    says whether the counts, and the roots at all computed values, agree with the list. This does
-    not prove that no interval of instability lies between two such values.
+    on the full one. Growing roots are then counted on the full system, at one value between each
+    two neighbouring crossings. `certified` says whether the counts, and the roots at all computed
+    values, agree with the list. This does not prove that no interval of instability lies between
+    two such values.
 
     Parameters
     ----------
@@ -257,7 +257,7 @@ def _located_among_all(
     of_all_roots = thresholds(system.balanced, high, step_ends, low, all_roots=was_refuted)
     doubts: list[str] = []
     for part in of_all_roots.searched:  # of the range, between the ends of steps
-        doubts += part.doubts or ()  # None of plain functions, which no system of terms is
+        doubts += part.doubts or ()  # None only where matrices are plain functions, not terms
     region = selection.rectangle
     located = _LocatedThresholds(
         points=of_all_roots.points,
@@ -355,7 +355,8 @@ def _located_in_band(
     if system.n <= COUNTED_ROWS:
         first_look = first_look_for_thresholds(system, selection, changes)
         if first_look is not None:
-            values = sorted({*values, *(at[system.parameter] for at in first_look.trained)})
+            trained = [point[system.parameter] for point in first_look.trained]
+            values = sorted({*values, *trained})
             located = _located_on_reduction(system, selection, first_look, values)
             if located.certified:
                 return located
@@ -393,22 +394,24 @@ def _located_on_reduction(
     unconfirmed: list[str] = []
     unclear_static: list[str] = []
     zero_roots: list[CrossingGuess] = []
-    held: ScaledSystem | None = None
+    bordered: ScaledSystem | None = None
     region = reduction.region
     if system.real and not is_shared and region.low_imag < 0.0:
         # static losses of stability: the region holds roots that pass through zero, where K is
         # singular; their vectors are added to the basis
-        held = without_zeros(reduction.scaled, values)
-        zero_roots, unclear_static = singular_stiffness(held, values)
+        bordered = without_zeros(reduction.scaled, values)
+        zero_roots, unclear_static = singular_stiffness(bordered, values)
         for guess in zero_roots:
+            # the first n rows: those behind them border the system, see `without_zeros`
             reduction.extend(np.column_stack([guess.right, guess.left])[: system.n])
     PROGRESS.get()("following the roots of the reduced system")
     events: Sequence[Event]
-    if isinstance(reduction, DispersiveReduction) and system.undamped and not system.C:
+    is_conservative = system.undamped and not system.C  # neither damped nor gyroscopic
+    if isinstance(reduction, DispersiveReduction) and is_conservative:
         # each root at its own frequency stays on the axis until two coalesce
         events = coalescences(reduction, name, values)
     elif not system.real or problem_class_of(matrices_of(reduction.system, values)) is DAMPED:
-        events, unconfirmed = crossings_along(reduction, name, values, zero_roots, held)
+        events, unconfirmed = crossings_along(reduction, name, values, zero_roots, bordered)
     else:  # undamped: coalescences of the reduced system, which are not located on the full one
         on_reduced = _events_inside([search(reduction.system, low, high)], region)
         events = [_with_rounding(reduction, name, event, low) for event in on_reduced]
@@ -422,7 +425,7 @@ def _located_on_reduction(
             continuation.set_roots(event.value, reduction.basis_values({name: event.value}))
     points, crossings = points_and_crossings(comparison.result)
     unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear_static]
-    certified = None  # nothing is counted
+    certified = None  # until roots are counted
     doubts: list[str] = []
     depends_on_frequency = bool(system.follows)
     if not is_shared and system.n <= COUNTED_ROWS and not depends_on_frequency:
