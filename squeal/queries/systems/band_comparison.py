@@ -52,7 +52,7 @@ class BandContinuation(Continuation):
         return self._spectra[p]
 
     def set_roots(self, p: float, selected: ComplexArray) -> None:
-        """Set the roots (m,) of the band at p, of which those with Im < 0 are ignored."""
+        """Set the roots (m,) of the band at p: those with Im >= 0, and their exact conjugates."""
         upper = selected[selected.imag >= 0.0]
         roots = np.concatenate([upper, selected[selected.imag > 0.0].conj()])
         m = len(roots)
@@ -208,9 +208,9 @@ def _unexplained_at_clusters(
                 f"what grows beside {at_cluster} does not follow from what crosses there; a "
                 f"growing mode may have entered {band}"
             )
-        # fewer roots grow above: some growth has ended between the cluster and the typical value,
-        # or has left the band. Next to the cluster rounding may hide it on the upper side: it is
-        # counted as what grows next to the cluster on the lower side, and what crosses
+        # fewer roots grow above: between the cluster and the typical value some have stopped to
+        # grow, or have left the band. How many grow just above the cluster, where rounding may hide
+        # them, follows from how many grow just below it, and from the events
         before = max(continuation.low, cluster[0].value - margin)
         after = cluster[-1].value + margin
         if least_below + rise > most_above and after < above:
@@ -228,16 +228,17 @@ def _differences_within(
     checked: Sequence[float],
     band: str,
 ) -> tuple[list[str], list[str]]:
-    """Compare what grows at the checked values with the typical value of the same interval.
+    """Compare how many roots grow at each checked value and at the typical value of its interval.
 
-    A checked value
+    At a checked value
 
-    - with more growing roots is unexplained;
-    - with fewer, for certain, has lost growing roots out of the band, so that they are left out of
-      the list; but if so many roots have not left the band, or in the first interval below the
-      typical value, growth at the typical value is unexplained;
-    - with as many and another verdict crosses nothing: a pair became two real roots or the reverse,
-      or another root grows fastest.
+    - more roots may grow: an event is missing, and the checked value is unexplained;
+    - fewer may grow, also if every root that rounding leaves open counts as growing. If as many
+      roots have left the band, the growing ones did, and the interval is noted as left out. Else an
+      event is missing, and the growth at the typical value is unexplained. So it is in the first
+      interval if the checked value is the lower one: growth then begins without an event;
+    - as many may grow, with another verdict. Nothing crosses the axis then: a pair became two real
+      roots or the reverse, or another root grows fastest.
 
     Returns
     -------
@@ -251,7 +252,7 @@ def _differences_within(
         typical_value = typical[interval]
         count = continuation.at(value).unstable_count
         typical_count = continuation.at(typical_value).unstable_count
-        _, most_growing = continuation.at(value).count_bounds
+        _, most_growing = continuation.at(value).count_bounds  # with those that rounding hides
         here = f"{continuation.name} = {value:.6g}"
         at_typical = f"{continuation.name} = {typical_value:.6g}"
         missing = typical_count.growing_roots - most_growing

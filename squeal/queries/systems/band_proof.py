@@ -55,12 +55,13 @@ def with_band_proof(
 
 
 def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
-    """The modes with the verdict of their count, and a note why the referee leaves them open.
+    """The modes with a note why the referee leaves their list open.
 
-    Where it proves of every mode listed as growing that it does not grow, the verdict becomes open.
+    The verdict stays that of the count, with one exception: it becomes open where modes are listed
+    as growing and the referee proves of each of them that it does not grow.
     """
-    sides = set()  # of the imaginary axis, as proved of the modes that are listed as growing
-    bound = 0.0  # how far a mode may lie off whose growth is not proved, 1/s
+    sides = set()  # what the referee proves of each mode listed as growing, see `Piece`
+    bound = 0.0  # the greatest distance of such a mode from its root if its side is unknown, rad/s
     # each mode is matched with one piece; without enclosures there are no matches
     for root, (piece,) in zip(roots.computed, proof.matches, strict=False):
         if root.kind in GROWING:
@@ -72,7 +73,8 @@ def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
         reason = f"the bound of this band ({bound:.3g} 1/s) exceeds the growth; "
         reason += "a narrower band may be proved"
     noted = replace(roots, notes=(*roots.notes, f"not proved: {reason}"))
-    if bound or "grows" in sides or not sides:  # a mode may grow, or none is listed as growing
+    none_grows = sides.isdisjoint({"grows", "unknown"})
+    if not sides or not none_grows:
         return noted
     decaying = with_proved_bounds(roots.eigenvalues, proof.matches)
     return replace(noted, eigenvalues=decaying, verdict=None, criterion=f"{OPEN}{reason}")

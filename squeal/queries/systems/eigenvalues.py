@@ -87,7 +87,8 @@ def system_eigenvalues(
     if roots.region is not None:
         extent = analysis.selection.words(len(roots.eigenvalues))
     statement = roots.statement
-    if doubts and roots.certified:  # a proof holds for the matrices, of which something was assumed
+    # a certified list holds for the matrices, and doubts say that the system may have others
+    if doubts and roots.certified:
         statement = Statement("open", statement.by, reason="; ".join(doubts))
     proof_line = statement.words
     if analysis.component_reduction or doubts:
@@ -275,7 +276,8 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     """
     value = system.parameters[system.parameter]
     unstable = growing(roots.computed)
-    if not (unstable and system.real and value > 0.0 and system.n <= ONSET_ROWS):
+    has_paths = system.real and value > 0.0 and system.n <= ONSET_ROWS
+    if not (unstable and has_paths):
         return unstable
     try:
         on_paths = list(onsets(linear_thresholds(system.balanced, value), value))

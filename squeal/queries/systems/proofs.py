@@ -79,7 +79,7 @@ class Data:
 
         if self.radii is None:
             return Quadratic.of(M, C, K, self.precision)
-        system = Quadratic.of(M, C, K, HALF_ULP)
+        system = Quadratic.of(M, C, K, HALF_ULP)  # to which the radii are added
         mass, damping, stiffness = map(Balls.widened, system.parts, self.radii)
         return replace(
             system,
@@ -447,7 +447,8 @@ def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     growth_error = max(high - growth, growth - low)
     error = root.error
     shows = growth_error > PRINTED * abs(growth) or distance > PRINTED * abs(value)
-    if shows and distance > sys.float_info.min:  # of a root at zero it is that of an underflow
+    # a distance up to the least normal double is that of an underflow, at a root of zero
+    if shows and distance > sys.float_info.min:
         error = max(root.error or 0.0, distance)
     rounding = distance
     if root.rounding < math.inf:

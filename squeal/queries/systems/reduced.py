@@ -78,7 +78,7 @@ def reduced_for(
         The parameters at which it has to be good, each by name; others have the system's values.
     method : {"reduced", "modal"}
         Projection onto full solutions, or onto real modes and their corrections. Where matrices
-        follow the frequency it is the first.
+        follow the frequency it is "reduced", whatever is requested.
     """
     scaled = ScaledSystem(system)
     middle = values[len(values) // 2]

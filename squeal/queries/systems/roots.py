@@ -339,9 +339,9 @@ def _roots_of_matrices(
 ) -> SystemRoots:
     """Compute all roots of M, C and K (n, n), have them judged, and select some of them.
 
-    A verdict is the solver's, of roots and how far they may be off; with `data` the referee then
-    proves or refutes it. Of complex matrices only roots with Im >= 0 describe a motion: the verdict
-    is theirs. selection, add_errors, data: as `system_roots` takes them.
+    The solver judges by the roots and how far they may be off; with `data` the referee then proves
+    or refutes its verdict. Of complex matrices only roots with Im >= 0 describe a motion, and are
+    judged. selection, add_errors, data: as `system_roots` takes them.
     """
     M, C, K = matrices
     is_complex = any(X is not None and np.iscomplexobj(X) for X in matrices)
@@ -355,7 +355,7 @@ def _roots_of_matrices(
         conservative = problem_class_of([matrices]) is not DAMPED
     if add_errors is not None:
         roots = add_errors(roots)
-    # the verdict and its criterion: by the solver, then by the referee
+    # judged: the verdict and its criterion, by the solver, then by the referee
     motion_roots = roots
     if is_complex:
         motion_roots = _upper_half(roots, is_complex)
@@ -369,7 +369,7 @@ def _roots_of_matrices(
     statement: Statement | None = None
     if data is not None:
         roots, judged, statement = refereed(matrices, roots, judged, data)
-    # how many roots there are: if some are not listed they may change the verdict
+    # at most how many roots there are: one that is not listed may change the verdict
     count = len(roots)
     doubts: list[str] = []
     if statement is None or statement.status != "proved":
@@ -388,7 +388,7 @@ def _roots_of_matrices(
     selected = roots  # all roots of real matrices are listed with their conjugates
     if selection.modes is not None or is_complex:
         selected = _upper_half(roots, is_complex)
-        count -= len(roots) - len(selected)  # as many lie below the real axis as computed there
+        count -= len(roots) - len(selected)  # without the roots below the real axis
     verdict, criterion = judged
     notes = () if roots else (NO_MOTION,)
     return SystemRoots(
@@ -493,13 +493,13 @@ def _select_region(
     selection : EigenvalueSelection
         The band or region.
     judged : (str or None, str)
-        The verdict on all roots and what decided it. If nothing grows anywhere it holds for the
-        region too, except that it is marginal for a root outside, while all roots of the region
-        decay, or the region has none: then the region has a verdict of its own.
+        The verdict on all roots and what decided it. If no root grows anywhere it holds for the
+        region too, with one exception: a root outside makes the list of all marginal, and in the
+        region all roots decay, or there is none. The verdict is then that of the region's roots.
     statement : Statement or None
         What the referee says of all roots; None if it did not judge them.
     is_whole : bool
-        Whether there are as many roots as the equations have.
+        Whether `roots` are as many as the equations have.
 
     Returns
     -------
@@ -538,7 +538,7 @@ def _select_region(
     if verdict is None and not outside:  # nothing grows
         verdict, criterion = judged
         verdict_inside, criterion_inside = judge_roots(inside)
-        # a root outside may make the whole list marginal; None of an empty region
+        # a root outside may make the list of all marginal; an empty region has no verdict
         if verdict == "marginal" and (not inside or verdict_inside == "stable"):
             verdict = verdict_inside
             criterion = criterion_inside

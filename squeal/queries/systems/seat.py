@@ -37,7 +37,7 @@ def seat_note(file: SystemFile) -> str:
 def seat_parameters(file: SystemFile) -> list[str]:
     """Names of the parameters that act through the seat, the static solution of contact.
 
-    While the seat is held, derivatives by such a parameter miss that effect. They are
+    While the seat is held, derivatives by such a parameter miss that effect. Such parameters are
 
     - parameters of loads and of keys of contact, on which no matrix depends;
     - parameters, but for the free one, in the factor of a contact that may change: one with pairs

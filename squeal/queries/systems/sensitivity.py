@@ -79,14 +79,16 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
                 raise (at / part).refuse("is not allowed; it must be one of M, C, K")
             with (at / part).prefixing_errors():  # a refusal inside begins with this key
                 array = source
-                precision = None  # number of digits, and errors that these do not give
+                # to how many digits the entries are known (None: exactly), and how far each may be
+                # off where that is not half a unit of the last digit
+                precision = None
                 if isinstance(source, str | Path):
                     content = read_matrix(source)
                     array = _on_rows_of(system, content)
                     precision = precision_of_file(content, array)
                     assumptions += content.assumptions
                 _refuse_frame_of_other_rows(system, source)
-                matrix = given_matrix(array, real=part == "M")
+                matrix = given_matrix(array, real=part == "M")  # C and K may be complex
                 if precision is None:
                     precision = precision_of_floats(matrix, short_floats(source))
             if matrix.shape != (system.n, system.n):
@@ -123,7 +125,7 @@ def _on_rows_of(system: TermSystem, file: MatrixFile) -> csc_array:
         if file.open_ended and matrix.shape[0] < system.n:  # a larger one is refused
             matrix.resize((system.n, system.n))
         return matrix
-    if file.numbered and file.labels != system.labels:
+    if file.numbered and file.labels != system.labels:  # some labels are mere numbers of rows
         raise InputError(OTHER_ROWS)
     foreign = sorted({*file.labels} - {*system.labels})
     if foreign:
@@ -149,13 +151,14 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
     matrices at its own frequency. Derivatives of a root that does not solve the equations are NaN.
     """
     at_value = system.replace({system.parameter: answer.value})
-    groups = [answer.eigenvalues]  # roots that share their matrices, perhaps none
+    groups = [answer.eigenvalues]  # roots that share their matrices; one empty group if no roots
     if answer.eigenvalues and system.follows:  # each root has matrices of its own frequency
         groups = [(root,) for root in answer.eigenvalues]
     slopes_of_groups = []
     conditions = []
     for group in groups:
-        # where matrices follow the frequency this is that of the only root; else it is not used
+        # rad/s, of the only root of a group; of more roots `frozen` makes no use of it, as then no
+        # matrix follows the frequency
         omega = max((root.value.imag for root in group), default=None)
         frozen = at_value.frozen(omega)
         at_held_frequency, condition = sensitivities(frozen.at(), derivatives(frozen), group)
@@ -268,24 +271,26 @@ def threshold_slopes(
     for value, hertz in crossings:
         omega = 2 * np.pi * hertz
         frozen = system.replace({system.parameter: value}).frozen(omega)
-        changes = derivatives(frozen)
-        del changes[system.parameter]
+        matrix_slopes = derivatives(frozen)  # dM, dC, dK by each parameter
+        del matrix_slopes[system.parameter]
         null = singular_at(scaled, value, 1j * omega)
-        slopes.append(_slopes_of_crossing(system, null, frozen, changes))
+        slopes.append(_slopes_of_crossing(system, null, frozen, matrix_slopes))
     return slopes
 
 
 def _slopes_of_crossing(
-    system: TermSystem, null: Singular, frozen: TermSystem, changes: dict[str, MCK]
+    system: TermSystem, null: Singular, frozen: TermSystem, matrix_slopes: dict[str, MCK]
 ) -> dict[str, Array]:
-    """By change of the matrices the derivatives (2,) of the value and the frequency of a crossing.
+    """For each change of the matrices the derivatives (2,) of a crossing: of the value of the free
+    parameter, and of the frequency in Hz.
 
-    frozen: the system at the crossing. Where matrices follow its frequency, the changes by that are
-    among `changes`.
+    frozen: the system at the crossing; matrix_slopes: dM, dC and dK of each change, by its name.
+    Where matrices follow the frequency, their derivatives by it are among `matrix_slopes`.
     """
     by_free_parameter = frozen.derivative(system.parameter)
     at_held_frequency = {}
-    for name, pair in crossing_slopes(null, frozen.at(), by_free_parameter, changes).items():
+    pairs = crossing_slopes(null, frozen.at(), by_free_parameter, matrix_slopes)
+    for name, pair in pairs.items():
         at_held_frequency[name] = np.array(pair)
     # pair[1] is the derivative of the frequency in Hz
     return at_own_frequency(system, at_held_frequency, lambda pair: 2 * np.pi * pair[1])
@@ -296,8 +301,8 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
 
     The reduction of components may move it, and what the digits of data leave open. Where the
     distance is not known, as where several modes cross at once, the interval becomes the whole
-    range, and the thresholds are no longer certified. Intervals of proved thresholds hold for all
-    data and stay.
+    range, and the thresholds are no longer certified. Proved thresholds keep their intervals, which
+    hold for all data within the digits.
     """
     assembly = file.assembly
     basis = None if assembly is None else assembly.reduction
@@ -331,18 +336,18 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     whole_range = (answer.low, answer.high)  # the interval where the distance is infinite
     if certified and any(crossing.interval == whole_range for crossing in crossings):
         certified = False
-        details["doubts"] = [BY_DIGITS, *answer.doubts]
-    return replace(answer, points=points, crossings=crossings, certified=certified)
+        details = details | {"doubts": [BY_DIGITS, *answer.doubts]}
+    return replace(answer, points=points, crossings=crossings, certified=certified, details=details)
 
 
 def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: float) -> float:
     """Bound how far reduction and digits may move a crossing, in units of the parameter.
 
-    They leave open a number r = y^H dP x of known size |r| and unknown phase, x the mode and y its
-    left vector. The smallest change of K with y^H dK x = r is dK = r y x^H / (|x| |y|)^2. If it
-    moves the crossing by s for a real r and by t for an imaginary one, then by s cos(phase) +
-    t sin(phase) for another: by (s^2 + t^2)^1/2 at most. Where matrices follow the frequency of the
-    crossing, s and t are those at the frequency that moves with it.
+    Reduction and digits leave open a part dP of P. Of r = y^H dP x, with the mode x and its left
+    vector y, the size |r| is known and the phase is not. The smallest change of K with
+    y^H dK x = r is dK = r y x^H / (|x| |y|)^2. It moves the crossing by s for a real r, by t for an
+    imaginary one, and by s cos(phase) + t sin(phase) for another: by (s^2 + t^2)^1/2 at most. Where
+    matrices follow the frequency, s and t include that the frequency of the crossing moves too.
 
     Parameters
     ----------
@@ -367,16 +372,16 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     root = 1j * omega
     frozen = system.replace({system.parameter: value, **system.frequency(omega)})
     null = singular_at(scaled, value, root)
-    r = _open_residual(frozen, reduced, null, root)  # its size
-    if not math.isfinite(r):
+    size = _open_residual(frozen, reduced, null, root)  # |r|
+    if not math.isfinite(size):
         return math.inf
     x = null.right[:, None]
     y = null.left[:, None]
-    dK = r * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
-    changes: dict[str, MCK] = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
-    for name in system.follows:
-        changes[name] = frozen.derivative(name)
-    slopes = _slopes_of_crossing(system, null, frozen, changes)
+    dK = size * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
+    matrix_slopes: dict[str, MCK] = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
+    for name in system.follows:  # `omega` or `frequency`
+        matrix_slopes[name] = frozen.derivative(name)
+    slopes = _slopes_of_crossing(system, null, frozen, matrix_slopes)
     # the first derivative is that of the value
     return math.hypot(slopes["real"][0], slopes["imaginary"][0])
 

@@ -54,7 +54,7 @@ def track_modes(
     numbered_at: float | None = None,
     is_judged: bool = True,
 ) -> TrackedModes:
-    """Compute the roots at values of the parameter, and number the modes alike at all of them.
+    """Compute the roots at values of the parameter; a mode has the same number at all of them.
 
     Parameters
     ----------
@@ -70,6 +70,11 @@ def track_modes(
         One of the values, at which modes are numbered; left out, the system's present value.
     is_judged : bool
         Whether the referee judges the roots of a small system, which may take half of the time.
+
+    Returns
+    -------
+    TrackedModes
+        A step for each value, in the order of `values`.
 
     Raises
     ------
@@ -113,16 +118,16 @@ def track_modes(
     # the spectra along which modes are tracked
     tracked_at: Callable[[float], SpectrumAtParameter] = spectrum_at
     all_roots = reduction is None and selection.rectangle is None
-    if all_roots and small and system.real and system.n <= SMALL_ROWS:
-        # few rows: the continuation of all roots, which knows where they cross and coalesce, serves
-        # to track modes; it refuses matrices that are singular together
+    has_continuation = small and system.real and system.n <= SMALL_ROWS
+    if all_roots and has_continuation:
+        # modes are tracked by the continuation of all roots, which knows where they cross and
+        # coalesce; it refuses M, C and K that are singular together
         with suppress(InputError):
             continuation = continued(system.balanced, rising)
             if continuation.has_all_roots:
                 tracked_at = continuation.at
     steps = [step for step, _ in computed_roots.values()]  # by rising value
-    # so many values between the steps may be computed to tell modes apart
-    values_between = len(rising)
+    values_between = len(rising)  # so many more may be computed to tell modes apart
     if expensive:
         values_between = 0
     if numbered_at is None:
@@ -170,12 +175,12 @@ def _step_and_roots(
 
 
 def qualified_by_data(file: SystemFile, selection: EigenvalueSelection, step: Step) -> Step:
-    """A step of a sweep without a verdict or a certificate that the data do not support.
+    """A step of a sweep, whose verdict or certificate is withdrawn if the data do not support it.
 
     - The verdict of a reduced system, which knows nothing of digits, is withdrawn where the digits
       of files leave the sign of a growth rate of the system itself open.
     - The certificate is withdrawn where something was assumed of the system, or where the static
-      solution of contact at this value (the seat anew) differs from the held one.
+      solution of contact at this value differs from the one that the matrices hold.
     """
     if step.certified is None:  # of a reduced system, whose roots nothing counts
         system = file.system.replace({file.system.parameter: step.value})

@@ -75,7 +75,8 @@ class SystemAnalysis:
         """
         file = file_of(subject)
         assembly = file.assembly
-        if band is None and region is None and assembly is not None and assembly.reduction:
+        is_unselected = band is None and region is None
+        if is_unselected and assembly is not None and assembly.reduction:
             band = (0.0, assembly.cutoff)
         rectangle = None if region is None else Rectangle(*region)
         selection = EigenvalueSelection(band, rectangle, modes)
@@ -257,7 +258,7 @@ def refuse_without_effect(file: SystemFile, names: Iterable[str], at: Place) -> 
 
 
 def file_of(subject: object) -> SystemFile:
-    """A system, an assembly or a system file as the last of these.
+    """The system file of a system or of an assembly; a system file is returned itself.
 
     Raises InputError for other subjects.
 
