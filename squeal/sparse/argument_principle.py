@@ -173,7 +173,7 @@ def count_roots(
     ComputationError
         If P is singular everywhere.
     """
-    finest = 2 * NODE_COUNTS[-1]
+    finest = 2 * NODE_COUNTS[-1]  # nodes of the finest circle, and those halfway between two
     directions = np.exp(2j * np.pi * np.arange(finest) / finest)
     # of real matrices det P(conj z) is the conjugate of det P(z): around a real centre the upper
     # half of the nodes serves both halves. The first node then lies half a step above the real
@@ -186,7 +186,8 @@ def count_roots(
     logarithms = np.empty(finest, dtype=complex)
 
     def compute(single: bool, nodes: Indices, factor: Factor | None) -> None:
-        """Compute logarithms; each factor lends its memory to the next one."""
+        """Compute logarithms at `nodes`, some of those that the loop below calls `computed`; each
+        factor lends its memory to the next one."""
         for k in nodes:
             report_progress(f"counting the roots: a determinant of {len(computed)}")
             # z is the node, or a value next to it where P is singular at the node

@@ -126,6 +126,7 @@ class Assembly:
         for root in roots:
             error, growth_error = errors.get(root.value, unknown)
             is_sign_open = False
+            # a growth error of 0 says that the root is known to stay on the axis
             if error is not None and growth_error > 0.0:
                 is_sign_open = abs(root.value.real) <= error
             rounding = max(root.rounding, growth_error)
@@ -164,9 +165,9 @@ class Assembly:
         Truncated motions are eliminated from P (a Schur complement); R = P x and S = P^H y are the
         residuals of the modes inside the components. `value` is S^H K^-1 R, the first term of the
         Neumann series of P^-1 about K, that of the component's own parameters. Truncated motions
-        lie above the cutoff, so that each further term is at most q = `(|z| / cutoff)^2` times the
-        one before: all further terms together, the `uncertainty`, are at most q / (1 - q) times the
-        product of the energy norms of R and S.
+        lie above the cutoff, so that each further term is at most q = (|z| / cutoff)^2 times the
+        one before, with the cutoff in rad/s: all further terms together, the `uncertainty`, are at
+        most q / (1 - q) times the product of the energy norms of R and S.
 
         Parameters
         ----------
@@ -270,7 +271,7 @@ def assemble(
     bodies_by_name = {body.name: body for body in components}
     if len(bodies_by_name) != len(components) or not contacts:
         raise InputError("an assembly needs contacts, and a name of its own for each component")
-    located: list[Contact] = []
+    located: list[Contact] = []  # the contacts, each with its pairs of points
     for contact in contacts:
         with Place(f"contact {contact.name}").prefixing_errors():
             located.append(contact.located(bodies_by_name))
@@ -394,6 +395,7 @@ def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
             matrix = matrix + term.matrix
         if not is_large:
             matrix = matrix.toarray()
+        # with the terms `sum_of_terms` takes over how precisely their entries are known
         weighted = [(1.0, term) for term in terms_of_formula]
         terms.append(sum_of_terms(matrix, terms_of_formula[0].factor, weighted))
     return tuple(terms)

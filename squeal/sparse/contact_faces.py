@@ -272,7 +272,10 @@ def _integration_points(surface: Surface) -> _SurfacePoints:
 
 
 def _points_of_kind(faces: _Faces) -> _SurfacePoints:
-    """The points of the quadrature of all faces of one kind, face by face. Raises InputError."""
+    """The points of the quadrature of all faces of one kind, face by face.
+
+    Raises InputError if a face has no area.
+    """
     rule_points, rule_weights = _triangle_rule() if faces.is_triangle else _quad_rule()
     values, slopes = faces.shape(rule_points)
     # f faces, g points of the rule, k nodes, t tangents, x coordinates

@@ -180,7 +180,7 @@ class Contact:
         if isinstance(self.pairs, ContactPoints):
             self._require_arrays_of(len(self.pairs))
             return self
-        pairs = np.asarray(self.pairs)
+        pairs = np.asarray(self.pairs)  # labels (m, 2), or the greatest distance in m
         if not pairs.ndim:
             first, second = self.between
             pairs = _nearest_pairs(bodies[first], bodies[second], self.pairs)
@@ -259,7 +259,8 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
 
     normals = _unit_vectors("normal", contact.normal, points)
     normal = relative_displacement(normals)
-    _require_at_pairs(np.diff(normal.indptr) > 0, "pairs: no row moves along the normal", points)
+    has_entries = np.diff(normal.indptr) > 0  # by rows of the CSR array, one for each pair
+    _require_at_pairs(has_entries, "pairs: no row moves along the normal", points)
     # motion: vectors (m, 3) of any length along which the pairs slide; if they do not slide, any
     # vectors that are not normal
     radius = np.ones(len(points))
@@ -456,9 +457,9 @@ def seat_contacts(
 ) -> tuple[list[StaticContact], Array]:
     """Each contact under the load of the components, and the displacements (n,) of all rows in m.
 
-    `structure` are the components side by side without contact, `pair_sets` the contacts' pairs.
-    Raises InputError without a load if pairs may open, and if all pairs open; ComputationError
-    where the search for the closed pairs does not end.
+    `structure` are the components side by side without contact, with n rows; `pair_sets` are the
+    pairs of each contact. Raises InputError without a load if pairs may open, and if all pairs
+    open; ComputationError where the search for the closed pairs does not end.
     """
     loads = []
     for body in bodies:

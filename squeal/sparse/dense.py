@@ -137,14 +137,14 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
     s = -lambda^2, F = K and E = M; with damping s = lambda, and `state_pencil` gives F and E. A
     motion without mass has an infinite eigenvalue or, if it is damped, a finite one (first order).
     """
-    C_or_none = _nonzero(C)
+    nonzero_C = _nonzero(C)  # None without damping
     n = len(M)
     U, masses, Wh = np.linalg.svd(M)
     rank = scaled_rank(M)  # how many motions have mass, whatever units M mixes
     size = divisor(norm_of(K))  # the force unit
     # a rate (1/s) at which M, or C where there is no mass, is as large as K: a power of two
-    if rank == 0 and C_or_none is not None:  # the system is of the first order
-        rate = 2.0 ** np.round(np.log2(size / norm_of(C_or_none)))
+    if rank == 0 and nonzero_C is not None:  # the system is of the first order
+        rate = 2.0 ** np.round(np.log2(size / norm_of(nonzero_C)))
     else:
         rate = 2.0 ** np.round(np.log2(size / divisor(masses[0])) / 2)
     # in singular vectors of M, with the time unit 1 / rate: lambda / rate are the roots
@@ -152,7 +152,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
     stiffness = U.conj().T @ (K / size) @ Wh.conj().T
     noise = noise_of(stiffness)
     infinite = n - rank  # number of infinite eigenvalues, one of each motion without mass
-    if C_or_none is None:
+    if nonzero_C is None:
         squares, is_unknown = _finite_values(stiffness, mass, infinite)
         zeros = _count_zeros(mass, None, stiffness, noise)
         # a square has two roots +-lambda
@@ -161,7 +161,7 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[ComplexArray,
         # square root along the negative real axis and leads to the lower root of a pair
         not_decaying = np.sqrt(0.0 - squares)
         return np.concatenate([not_decaying, -not_decaying]) * rate, np.tile(is_unknown, 2)
-    damping = U.conj().T @ (C_or_none * (rate / size)) @ Wh.conj().T
+    damping = U.conj().T @ (nonzero_C * (rate / size)) @ Wh.conj().T
     if rank < n:
         # a motion without mass that is damped has a finite eigenvalue instead
         dampings = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
@@ -218,6 +218,7 @@ def roots_at(
     left_vectors = right_vectors.copy()
 
     def add_vectors(group: Indices) -> None:
+        """Fill in the vectors of a group of close roots, by their indices in `ordered`."""
         mean = ordered[group].mean()
         right: NDArray = np.zeros((len(M), 0))
         left = right
@@ -262,11 +263,11 @@ def _scaled_null_vectors(
     and c of columns make the largest entry of each row and column of r_i terms_ij c_j about one. A
     right null vector x of r_i P_ij c_j gives c x of P, a left one y gives r y.
     """
-    rows = 1.0 / divisor(terms.max(axis=1))[:, None]
-    columns = 1.0 / divisor((rows * terms).max(axis=0))[:, None]
-    x, y = _null_vectors(rows * P * columns.T, count)
-    right = columns * x
-    left = rows * y
+    row_scales = 1.0 / divisor(terms.max(axis=1))[:, None]
+    column_scales = 1.0 / divisor((row_scales * terms).max(axis=0))[:, None]
+    x, y = _null_vectors(row_scales * P * column_scales.T, count)
+    right = column_scales * x
+    left = row_scales * y
     return right / np.linalg.norm(right, axis=0), left / np.linalg.norm(left, axis=0)
 
 

@@ -144,8 +144,8 @@ def roots_at_own_frequencies(
 
     At each frozen frequency the method starts from those roots of the frozen matrices that lie near
     that frequency. If several starts end at one root, its own frequency is added to the frozen
-    ones. With the matrices there as many starts end at the root as its multiplicity, while starts
-    of several close roots end at different ones.
+    ones, to learn its multiplicity: the matrices frozen there have the root itself, as often as its
+    multiplicity, and as many starts end at it. Starts of several close roots end at different ones.
     """
     system = reduction.system
     grid = frequencies(system, reduction.region)
@@ -229,7 +229,7 @@ def _newton(
         root_by_omega = -by_omega / by_root
         excess = (z + step).imag - omega
         # the slope of the excess by omega is Im root_by_omega - 1; any step serves where it is zero
-        omega_step = excess / (1 - root_by_omega.imag or 1.0)
+        omega_step = excess / ((1 - root_by_omega.imag) or 1.0)
         step += root_by_omega * omega_step
         z = z + step
         omega = float(np.clip(omega + omega_step, grid[0], grid[-1]))

@@ -415,7 +415,8 @@ def modes_in(
     """
     basis = np.zeros((problem.n, 0)) if start is None else start
     roots = Roots.none(problem.n)
-    missing = 0 if certify else None  # None: there is no count of the whole region
+    # how many roots were counted and not computed; None: there is no count of the whole region
+    missing = 0 if certify else None
     rough_values: list[complex] = []
     for of_part in _searched_parts(problem, region, certify, basis, exact):
         rough_values += of_part.rough.values.tolist()
@@ -424,6 +425,7 @@ def modes_in(
         elif missing is not None:
             missing += of_part.missing
         roots = roots.joined(of_part.inside)
+    # `of_part` is now the last part: it is the whole region if that was not halved
     one_shift_served = of_part.part == region and not certify
     return Modes(
         eigenvalues=eigenvalues_of(problem, roots),
@@ -618,7 +620,9 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         if len(reached) < min(modes, problem.n):
             break  # the subspace does not reach all requested modes
         if np.isinf(reach) and len(rough.values) < 2 * problem.n:
-            break  # it is invariant, and holds a root of high multiplicity a few times only
+            # the subspace is invariant, so that it reaches everywhere; but of a root of high
+            # multiplicity it holds a few copies only
+            break
         region = _disc_of_lowest(reached, modes, reach)
         roots = corrected_roots(problem, rough.factor, basis, region)
         if roots is None:

@@ -292,8 +292,7 @@ def modes_near(
 
     inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
     start = np.random.default_rng(seed).standard_normal(K.shape[0])
-    squares, shapes = eigsh(K, count, M, shift, OPinv=inverse, v0=start, **limits)
-    return squares, shapes
+    return eigsh(K, count, M, shift, OPinv=inverse, v0=start, **limits)
 
 
 def factorise_at(

@@ -144,7 +144,7 @@ class ScaledSystem:
         if scale is None:
             scale = _diagonal_scale(system, self.terms)
         self.scale = scale
-        for A in itertools.chain(*self.terms):
+        for A in itertools.chain(*self.terms):  # A_ij becomes scale_i A_ij scale_j
             A.sum_duplicates()
             columns = np.repeat(np.arange(self.n), np.diff(A.indptr))
             A.data = A.data * self.scale[A.indices] * self.scale[columns]
@@ -390,10 +390,10 @@ def _rounding(problem: ScaledProblem, roots: Roots, residuals: Array, conditions
 def _scales(problem: ScaledProblem, sizes: Array, errors: Array) -> Array:
     """The scale (m,) of each root, rad/s, in place of the norm of a matrix, see `_rounding`.
 
-    sizes: |lambda|; errors: relative ones of M, C and K. Rounding of K moves lambda^2 by
-    error omega_K^2, with the problem's frequency scale omega_K, which is much for a root far below
-    omega_K. With z = max(|lambda|, sqrt(error) omega_K) the scale is the
-    largest of
+    sizes: |lambda| (m,); errors: the relative error (m,) of M, C and K that each root stands for.
+    Rounding of K moves lambda^2 by error omega_K^2, with the problem's frequency scale omega_K,
+    which is much for a root far below omega_K. With z = max(|lambda|, sqrt(error) omega_K) the
+    scale is the largest of
 
     - |lambda|;
     - |P(lambda)| / |P'(z)|: times the error, how far rounding moves even a root of the least
@@ -442,8 +442,9 @@ def _rounding_in_groups(values: ComplexArray, rounding: Array, reach: Array) -> 
     is_mixed = np.minimum(reach[:, None], reach) > MIXED * distances
     _, group = connected_components(csr_array(is_mixed), directed=False)
     members = np.bincount(group)
-    means = np.bincount(group, values.real) + 1j * np.bincount(group, values.imag)
-    return np.maximum(rounding, np.abs(values - (means / members)[group]))
+    sums = np.bincount(group, values.real) + 1j * np.bincount(group, values.imag)
+    means = (sums / members)[group]  # (m,), of the group of each root
+    return np.maximum(rounding, np.abs(values - means))
 
 
 def _in_unscaled_coordinates(problem: ScaledProblem, scaled: ComplexArray) -> ComplexArray:

@@ -83,7 +83,13 @@ def root_error_bounds(
         y_i^H ((l_i + l_j) M + C) x_j of left and right modes: divided differences of P, and P' on
         the diagonal.
     truncation, uncertainty : ndarray (m, m)
-        See `TruncationTerm`.
+        See `TruncationTerm`: its value, and how far an entry of it may be off.
+
+    Returns
+    -------
+    ErrorBounds
+        Errors (m,) in rad/s, infinite where slope is singular; and a mask (m,) of the roots that
+        stay on the imaginary axis if the problem is undamped, which this function does not check.
     """
     try:
         inverse = np.linalg.inv(slope)
@@ -102,7 +108,8 @@ def root_error_bounds(
     # by its error, and both errors are taken as equal
     is_alone = 2 * errors < gaps.min(axis=1, initial=np.inf)
     return ErrorBounds(
-        np.nan_to_num(errors, nan=np.inf, posinf=np.inf), (values.real == 0.0) & is_alone
+        errors=np.nan_to_num(errors, nan=np.inf, posinf=np.inf),
+        stay_on_axis=(values.real == 0.0) & is_alone,
     )
 
 
@@ -290,7 +297,7 @@ class ReducedBasis:
         products = projected(self.projection, self.modes.left, self.modes.right)
         z = self.modes.values
         pencil = _pencil_of_states(products, z)
-        _, B, A = pencil.at(middle)
+        _, B, A = pencil.at(middle)  # l B + A is a system without mass
         left, sizes, right = np.linalg.svd(self.shift * B + A)
         size = int(np.sum(sizes > DROPPED_SHARE * sizes[0]))
         if size <= self.size:
@@ -325,14 +332,10 @@ class ReducedBasis:
         is_finite = np.abs(theta) > EPS * np.abs(theta).max(initial=0.0)
         values = self.shift - 1.0 / np.where(is_finite, theta, 1.0)
         is_chosen = is_finite & region.contains(values)
-        # the left vectors are the columns of (at_shift `right`)^-H
+        # left vectors are those with left^H at_shift right = 1: columns of (at_shift right)^-H
         solve = solver_near_singular(at_shift @ right, np.finfo(float).tiny)
         left = solve(np.eye(len(B), dtype=complex)[:, is_chosen], True)
-        roots = Roots(
-            values=values[is_chosen],
-            right=right[:, is_chosen],
-            left=left,
-        )
+        roots = Roots(values[is_chosen], right[:, is_chosen], left)
         return roots.select(self._are_modes(roots))
 
     def _are_modes(self, roots: Roots) -> Bools:
@@ -357,7 +360,7 @@ class ReducedBasis:
         difference vanishes for an exact root. y^H P x is computed in the projection, the other term
         is estimated by random vectors.
         """
-        _, B, A = self.system.at(changes)
+        _, B, A = self.system.at(changes)  # the pencil l B + A is a system without mass
         roots = self._roots_in(self.estimated_region, B, A)
         values = roots.values
         x, y = self.in_projection(roots.right, roots.left)
