@@ -172,7 +172,7 @@ class Assembly:
         Parameters
         ----------
         roots : array_like (m,)
-            z in rad/s, below the cutoff; the uncertainty is NaN above it.
+            z in rad/s. From the cutoff on the uncertainty is infinite or NaN.
         right, left : ndarray (n, m)
             Their modes x and y, on the rows of the assembly.
         parameters : mapping of str to float
@@ -206,11 +206,12 @@ class Assembly:
                 right_energies = right_energies + inside.right_energies
                 left_energies = left_energies + inside.left_energies
         contraction = (np.abs(z) / (math.tau * self.cutoff)) ** 2  # q
-        series = contraction / (1.0 - contraction)
         # an entry is a product of two norms (Cauchy-Schwarz), each with the square root of the
         # series of its root; an energy that is zero may be computed below zero
-        right_norms = np.sqrt(np.abs(right_energies) * series)
-        left_norms = np.sqrt(np.abs(left_energies) * series)
+        with np.errstate(divide="ignore", invalid="ignore"):  # from the cutoff on
+            series = contraction / (1.0 - contraction)
+            right_norms = np.sqrt(np.abs(right_energies) * series)
+            left_norms = np.sqrt(np.abs(left_energies) * series)
         return TruncationTerm(value, np.outer(left_norms, right_norms))
 
 

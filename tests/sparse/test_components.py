@@ -9,7 +9,7 @@ from scipy.linalg import block_diag, eigh
 from scipy.sparse import csc_array
 
 import squeal
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 
 Z = (0, 0, 1)
 
@@ -347,6 +347,22 @@ def test_a_motion_that_no_boundary_drives_is_truncated_all_the_same():
     system = squeal.System(np.eye(2), np.diag([0.05, -50.0]), np.diag([20.0, 1e6]), name="a")
     body = squeal.Component(system, ["1", "2"], [2, 0], np.zeros((2, 3)))
     assert "moves roots" in body.reduced(["1"], cutoff=20).system.assumptions[0]
+
+
+def test_a_threshold_above_the_cutoff_may_lie_anywhere():
+    """How far the reduction moves it is not known; the one warning says that of the band."""
+    stiffness = [[2.0, -0.6, 0.0], [-0.6, 2.0, -0.5], [0.0, -0.5, 3.0]]
+    system = squeal.System(np.eye(3), K=stiffness, name="one")
+    body = squeal.Component(system, [1, 1, 2], [0, 2, 2])
+    other = squeal.System(np.diag([5.0, 5.0]), K=np.diag([50.0, 1e-3]), name="other")
+    pressed = squeal.Component(other, [1, 1], [0, 2], load=[0.0, -6.0])
+    touch = squeal.Contact(("one", "other"), [(1, 1)], Z, sliding=(1, 0, 0), stiffness=2.0)
+    assembly = squeal.assemble([body, pressed], [touch], cutoff=0.1)
+    with pytest.warns(InputWarning, match=r"ends above the cutoff of the components, 0\.1 Hz"):
+        answer = squeal.thresholds(assembly, high=5.0, band=(0.0, 1.0))
+    (crossing,) = answer.crossings
+    assert crossing.frequency_hz > 0.1
+    assert crossing.interval == (0.0, 5.0)
 
 
 def test_a_joint_has_one_stiffness_whatever_its_exponent_and_load():
