@@ -79,6 +79,23 @@ def test_a_file_answers_as_python_and_its_export_do(brake, tmp_path, capsys, pre
             assert np.abs(roots - z).min() <= 1e-6 * abs(z)
 
 
+def test_an_export_takes_a_load_factor_that_is_a_number(brake, tmp_path, capsys):
+    """It is divided by its value at the present parameters, as a formula is."""
+    path, *_ = brake
+    document = yaml.safe_load(path.read_text())
+    document["components"]["pad"]["load"]["factor"] = 1e8
+    del document["parameters"]["pressure"]
+    file = path.with_name("number.yaml")
+    file.write_text(yaml.safe_dump(document))
+    out = tmp_path / "out"
+    assert main(["export", str(file), "--band", "500:900", "--output", str(out)]) == 0
+    capsys.readouterr()
+    (seat,) = answer(capsys, file, "--band", "500:900")["contact"]
+    (again,) = answer(capsys, out / "assembly.yaml", "--band", "500:900")["contact"]
+    assert seat["force"] > 0.0
+    assert again["force"] == pytest.approx(seat["force"], rel=1e-9)
+
+
 def test_a_turning_component_has_the_same_errors_read_again(brake, tmp_path, capsys):
     """Gyroscopic matrices change under transposition; what a component lacks is kept of both."""
     shutil.copytree(brake[0].parent, tmp_path / "brake")

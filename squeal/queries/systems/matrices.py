@@ -129,13 +129,14 @@ def write_system(folder: Path, system: TermSystem, suffix: str, **more: Any) -> 
             for i, term in enumerate(terms):
                 file = f"{part}{i}.{suffix}"
                 write_matrix(target / file, term.matrix, part)
-                row = {
-                    "part": part,
-                    "file": file,
-                    "factor": term.factor.text,
-                    "fingerprint": fingerprint(term.matrix),
-                }
-                rows.append(row)
+                rows.append(
+                    {
+                        "part": part,
+                        "file": file,
+                        "factor": term.factor.text,
+                        "fingerprint": fingerprint(term.matrix),
+                    }
+                )
                 entry = {"file": file} | _write_factor(target, f"{part}{i}.csv", term)
                 entry |= _write_precision(target, f"{part}{i}_errors.{suffix}", term)
                 is_structural_damping = isinstance(term.factor, Modulus) and term.factor.imaginary
@@ -280,7 +281,7 @@ def write_assembly(
         # the written forces hold the value of the factor at the present parameters: the new factor
         # is the old one over this value, so that it is 1 now and serves at other parameters too
         if load:
-            factor = Formula(load.get("factor", "1"))
+            factor = Formula(str(load.get("factor", "1")))  # the file may have a number
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
             keys["load"] = {"file": f"{name}/load.csv", "factor": text}
     for i, keys in enumerate(joined["contact"], 1):
