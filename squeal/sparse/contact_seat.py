@@ -506,7 +506,8 @@ class _JoinedPairs(NamedTuple):
         pushes = []
         for pairs in pair_sets:
             friction = Formula(pairs.contact.friction).value(parameters)
-            # friction pulls the second side along the sliding of the first
+            # a normal force pushes the second side along the normal, and its friction pulls that
+            # side to where the first one slides; on the first side both act in reverse
             pushes.append(pairs.normal + friction * pairs.sliding)
         first = [pairs.across[0] for pairs in pair_sets]
         second = [pairs.across[1] for pairs in pair_sets]

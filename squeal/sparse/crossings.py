@@ -374,7 +374,8 @@ def _dip_towards_axis(
 
     The Hermite cubic through Re z and its slopes shows whether a root comes closer to the axis
     between the ends of the step than at both. If it comes closer by more than its least distance
-    from the axis, the cubic is too rough to tell that it stays on its side. None if no root does.
+    from the axis, the cubic is too rough to tell that it stays on its side: so it is with Re z = -1
+    at both ends and -0.4 between them, but not with -0.6. None if no root comes so close.
     """
     span = after.value - before.value
     start = before.z[match.before]
@@ -777,8 +778,7 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     omega_error, p_error = errors.tolist()
     new_p = p + step
     new_omega = guess.omega + omega_step
-    # steps are relative to p and omega; to 1 where p is 0 before and near 0 after the step, and to
-    # at least 1 rad/s
+    # steps are relative to p (to at least 1 where it was 0), and to omega (to at least 1 rad/s)
     p_limit = max(p_error, CONVERGED_STEP * max(abs(new_p), abs(p) or 1.0))
     omega_limit = max(omega_error, CONVERGED_STEP * max(abs(new_omega), 1.0))
     is_converged = abs(step) <= p_limit and abs(omega_step) <= omega_limit

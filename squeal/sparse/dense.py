@@ -114,8 +114,8 @@ def _nonzero(C: Matrix | None) -> Matrix | None:
 def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
     """How many roots are exactly zero: one for each motion without stiffness, or two if undamped.
 
-    Motions without stiffness are singular vectors of K with singular values up to `noise`, the
-    rounding of K.
+    Of a free mass both roots are zero, with a dashpot to the ground one is. Motions without
+    stiffness are singular vectors of K with singular values up to `noise`, the rounding of K.
     """
     null, left_null = null_spaces(K, noise)
     if not null.size:

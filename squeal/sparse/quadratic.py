@@ -431,9 +431,9 @@ def _rounding_in_groups(values: ComplexArray, rounding: Array, reach: Array) -> 
     Rounding splits a defective root into m roots at a distance r around it, but moves their mean by
     little. By its condition, r^(1 - m), each of the m roots seems to be known to r / m or better:
     so well that its real part, up to r, would pass for growth. Roots are in one group if rounding
-    moves each by more than a share `MIXED` of their distance (of six roots around a defective one
-    this share is 1/9). `reach` (m,): how far rounding moves each, 0 for one that belongs to no
-    defective root.
+    moves each by more than a share `MIXED` of their distance: six roots around a defective one are
+    r apart, and each seems to be known to r / 9. `reach` (m,): how far rounding moves each, 0 for
+    one that belongs to no defective root.
     """
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components

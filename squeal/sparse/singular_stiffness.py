@@ -91,6 +91,7 @@ def singular_stiffness(
         crossing = None
         if sign_changes or is_last:  # else the search may be in vain, and halving is cheaper
             crossing = singular_between(stiffness, a, b, edge)
+        # a crossing that was not located before
         if crossing and all(abs(crossing.value - other.value) > edge for other in crossings):
             crossings.append(crossing)
             if a < crossing.value - edge:

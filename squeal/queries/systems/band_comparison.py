@@ -159,9 +159,10 @@ def _typical_values(
     """Of each interval between clusters of events a value that shows what grows in the interval.
 
     That is a value with as many growing roots as are expected: those in the middle of the first
-    interval, and what the events since then bring. The middle is tried first, then the computed
-    values, then values `margin` from both ends of the interval. Where no value has the expected
-    number the middle stands for the interval.
+    interval, and what the events since then bring: if none grows there, and a pair begins to
+    flutter at the first event, two are expected in the second interval. The middle is tried first,
+    then the computed values, then values `margin` from both ends of the interval. Where no value
+    has the expected number the middle stands for the interval.
     """
     typical = []
     expected = 0
@@ -230,15 +231,13 @@ def _differences_within(
 ) -> tuple[list[str], list[str]]:
     """Compare how many roots grow at each checked value and at the typical value of its interval.
 
-    At a checked value
-
-    - more roots may grow: an event is missing, and the checked value is unexplained;
-    - fewer may grow, also if every root that rounding leaves open counts as growing. If as many
-      roots have left the band, the growing ones did, and the interval is noted as left out. Else an
-      event is missing, and the growth at the typical value is unexplained. So it is in the first
-      interval if the checked value is the lower one: growth then begins without an event;
-    - as many may grow, with another verdict. Nothing crosses the axis then: a pair became two real
-      roots or the reverse, or another root grows fastest.
+    - More roots grow at the checked value: an event is missing, and that value is unexplained.
+    - Fewer grow there, even if every root that rounding leaves open is counted as growing. If as
+      many roots have left the band, the growing ones did, and the interval is noted as left out.
+      Else an event is missing, and the growth at the typical value is unexplained. So it is in the
+      first interval if the checked value is the lower one: growth then begins without an event.
+    - As many grow there, with another verdict. Nothing crosses the axis then: a pair became two
+      real roots or the reverse, or another root grows fastest.
 
     Returns
     -------

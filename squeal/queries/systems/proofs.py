@@ -171,10 +171,7 @@ class RefereedRoots(NamedTuple):
 
 
 def refereed(
-    matrices: MCK,
-    roots: EigenvalueTuple,
-    judged: VerdictAndCriterion,
-    data: Data,
+    matrices: MCK, roots: EigenvalueTuple, judged: VerdictAndCriterion, data: Data
 ) -> RefereedRoots:
     """Let the referee judge all roots of a small system, and take what it proves into the answer.
 
@@ -232,7 +229,7 @@ def refereed(
         )
         return _with_roots_of_referee(arrays, system, roots, sharpest_proof, data)
     # the solver failed where the list is proved, but holds a root with a large backward error, or
-    # one that the referee knows to more of the digits of a table
+    # one that is off by more than the digits that tables print
     all_solved = all(root.decides for root in roots)
     some_off = any(map(_is_off, roots, proof.matches))
     solver_failed = proof.status == "proved" and (not all_solved or some_off)

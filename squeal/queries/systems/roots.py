@@ -420,9 +420,7 @@ def _dense_roots(matrices: MCK) -> EigenvalueTuple:
     return roots
 
 
-def _mass_normalised_roots(
-    matrices: MCK,
-) -> EigenvalueTuple | None:
+def _mass_normalised_roots(matrices: MCK) -> EigenvalueTuple | None:
     """Compute all roots from the mass-normalised system L^-1 K L^-T, M = L L^T, if that serves.
 
     None where another solver is needed: for complex matrices, where M is singular or not symmetric,
@@ -448,6 +446,8 @@ def _most_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int:
       values of the entries are: so a row without mass or a constraint takes roots;
     - by the rank of [[C, M], [M, 0]], the factor of z in a first-order form of the equations: so
       entries that cancel exactly take roots, as those of a dashpot between rows without mass.
+
+    M = diag(1, 0) and K = [[2, -1], [-1, 1]] have det(z^2 M + K) = z^2 + 1: two roots, not four.
 
     Entries that cancel only to rounding take none: then a solver lists fewer roots. The second
     bound, which costs more, is computed where the first exceeds the number of `listed` roots.

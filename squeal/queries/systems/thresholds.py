@@ -427,8 +427,8 @@ def _located_on_reduction(
     unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear_static]
     certified = None  # until roots are counted
     doubts: list[str] = []
-    depends_on_frequency = bool(system.follows)
-    if not is_shared and system.n <= COUNTED_ROWS and not depends_on_frequency:
+    is_counted = not is_shared and system.n <= COUNTED_ROWS and not system.follows
+    if is_counted:
         if not unconfirmed:  # a list with unconfirmed events is not certified by any count
             doubts = _disagreeing_counts(reduction, continuation, comparison.midpoints)
         unseen = undersampled_factor(system, sorted({*values, *comparison.midpoints}))
