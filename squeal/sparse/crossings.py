@@ -237,6 +237,8 @@ class CrossingSearch:
                 if not _explain(inside, before.z[i], after.z[j]):
                     division = (low + high) / 2
                     break
+                # with those just outside, which the next step may give too: `crossings_along` drops
+                # copies
                 crossings += of_root
         if division is None:
             for crossing in crossings:
