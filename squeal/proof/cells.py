@@ -176,7 +176,7 @@ def cell_about_origin(balance: Balance, high: float) -> Cell:
     """The only cell of a linear model, whose equilibrium is the origin at all frictions."""
     middle = high / 2.0
     half = middle * (1.0 + OVERLAP)
-    centre = (flint.arb_poly([0]),) * FRICTION + (flint.arb_poly([middle, half]),)
+    centre = (flint.arb_poly([0]),) * 3 + (flint.arb_poly([middle, half]),)
     radii = np.zeros(4)
     state = balance.model.full
     slopes = _slope_polynomials(balance, centre, radii, state)

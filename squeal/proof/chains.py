@@ -103,7 +103,7 @@ def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
             if abs(centre - earlier_centre) <= 4.0 * (spread + earlier_spread):
                 united[number] = np.concatenate([earlier, group])
                 break
-        else:
+        else:  # no earlier group lies near
             united.append(group)
     return [np.sort(group) for group in united if len(group) <= LARGEST_CHAIN]
 

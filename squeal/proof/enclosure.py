@@ -211,7 +211,7 @@ def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
         for basis in bases(A.mid, B.mid):
             discs = _gershgorin(A, B, basis)
             if isinstance(discs, Failure):
-                if isinstance(best, Failure):
+                if isinstance(best, Failure):  # no basis has served yet: the latest reason counts
                     best = discs
                 continue
             if isinstance(best, Failure) or np.sum(discs.radii) < np.sum(best.radii):

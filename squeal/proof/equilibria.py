@@ -69,7 +69,7 @@ def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> Enclose
     neighbourhood = _Neighbourhood(model, np.asarray(q, float))
     with flint.ctx.workprec(BITS):
         if model.linear:
-            return neighbourhood.linearised([flint.arb(0)] * FRICTION, model.full)
+            return neighbourhood.linearised([flint.arb(0)] * 3, model.full)
         tried: set[State] = set()
         while state not in tried:
             tried.add(state)
@@ -160,12 +160,13 @@ class _Neighbourhood:
         loads = self.loads(box, state)
         slopes = _slopes(loads)
         C = flint.arb_mat(3, 3)
-        c = self.balance.c
+        coefficients = self.balance.c
         if self.balance.fall is not None:
             share, rate = self.balance.fall
             for i, load in enumerate(loads):
-                C[i, 0] = -flint.arb(load.slopes[FRICTION]) * c.mu * share * rate
-        R_n, _ = self.balance.model.law.normal(c, pose_of(Functions, tuple(box)), factors_of(state))
+                C[i, 0] = -flint.arb(load.slopes[FRICTION]) * coefficients.mu * share * rate
+        pose = pose_of(Functions, tuple(box))
+        R_n, _ = self.balance.model.law.normal(coefficients, pose, factors_of(state))
         x, y, theta = (float(ball.mid()) for ball in box)
         reaction = float(flint.arb(R_n).mid())
         K = in_doubles((-slopes).tolist())

@@ -215,24 +215,22 @@ def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
         sizes = np.abs(piece.centres)
         is_outside = np.all(sizes * (1.0 - 8.0 * EPS) - piece.radii > radius)
         is_inside = np.all(sizes * (1.0 + 8.0 * EPS) + piece.radii < radius)
-        if is_outside:
-            continue
         if is_inside:
             in_band.append(piece)
-            continue
-        # the balls of the core hold the Schur complement at every |lambda| <= radius, and at no
-        # other lambda: beyond, neither counts nor mirror images are proved
-        low = float(np.min(np.nextafter(piece.centres.real - piece.radii, -np.inf)))
-        high = float(np.max(np.nextafter(piece.centres.real + piece.radii, np.inf)))
-        in_band.append(Piece(piece.centres, piece.radii, low, high, side="unknown", real=None))
+        elif not is_outside:
+            # the balls of the core hold the Schur complement at every |lambda| <= radius, and at no
+            # other lambda: beyond, neither counts nor mirror images are proved
+            low = float(np.min(np.nextafter(piece.centres.real - piece.radii, -np.inf)))
+            high = float(np.max(np.nextafter(piece.centres.real + piece.radii, np.inf)))
+            in_band.append(Piece(piece.centres, piece.radii, low, high, side="unknown", real=None))
     return tuple(in_band)
 
 
 def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats, Floats]:
-    """Real bases X and Y (n, k) of right and left vectors of K - s M; the proof assumes nothing.
+    """Real bases X and Y (n, k) of right and left vectors of K - s M.
 
-    They span the vectors of the eigenvalues of smallest absolute value. Where these are cut off is
-    the widest relative gap in the last quarter of those computed.
+    The proof holds for any bases. These span the vectors of the eigenvalues of smallest absolute
+    value; the cut lies at the widest relative gap in the last quarter of those computed.
     """
     count = min(core, M.shape[0] - 2)
     shift = -0.01 * radius**2  # left of zero, where free bodies leave K - s M regular
@@ -517,7 +515,7 @@ def _damping(M: csc_array, C: csc_array, K: csc_array) -> _Damping:
     normal = np.array([[m.multiply(m).sum(), mixed], [mixed, k.multiply(k).sum()]])
     units = np.sqrt(normal.diagonal())
     right_side = np.array([m.multiply(c).sum(), k.multiply(c).sum()]) / units
-    # of K = c M each split is as good
+    # where K is a multiple of M the equations are singular, and every solution is as good
     split, *_ = np.linalg.lstsq(normal / np.outer(units, units), right_side)
     alpha, beta = split / units
     sizes = abs(C) + abs(alpha) * abs(M) + abs(beta) * abs(K)

@@ -282,32 +282,36 @@ class _BranchComparison:
             frictions.append(seam)
         low = min(map(low_end, frictions))
         high = max(map(high_end, frictions))
-        event = Event(low, high, count, next_part.growing or 0, open_parts)
+        after = next_part.growing or 0  # never None, as the part is not open
+        event = Event(low, high, count, after, open_parts)
         det_K_may_vanish = any(part.det_K_is_open for part in open_parts)
         if det_K_may_vanish and not self.branch.model.linear:
+            # beyond a fold the friction falls along the branch
             event.is_fold = bool(next_part.cell.direction(next_part.high)[FRICTION] < 0.0)
         return event
 
     def _problem_of_event(self, event: Event) -> Problem | None:
-        """Compare an event with the claims that lie in it; None if it is as claimed, or a fold.
+        """Compare an event with the claims that lie in it; None if they agree, or if it is a fold.
 
-        The count has to rise by the sum of the rises claimed, which have to have one sign: a rise
-        and a fall in one event cancel, so that the count shows neither. At most the roots that are
-        counted may grow faster than `growth_below` within it, and an event with claims is narrow.
+        They agree if the count rises by the sum of the rises claimed, if these have one sign (a
+        rise and a fall cancel, so that the count shows neither), if an event with claims is narrow,
+        and if within the event no more roots grow faster than `growth_below` than on one of its
+        sides. Agreement moves the claims from `unmet` to `places`.
         """
         middle = (event.low + event.high) / 2.0
         problem = self._problem_of_passed_claim(event.low)
         if problem is not None or event.is_fold:
             return problem
-        reach = SAME_SHARE * max(abs(middle), 1e-3 * self.branch.high)
-        claims = [claim for claim in self.unmet if claim.mu <= event.high + reach]
+        highest = event.high + self._same_within(middle)
+        claims = [claim for claim in self.unmet if claim.mu <= highest]
         rises = [claim.rise for claim in claims]
         if event.after - event.before != sum(rises):
             reason = f"{event.before} roots grow before and {event.after} beyond"
             if not claims:
                 reason += ", which is not listed"
             return Problem("refuted", reason, middle)
-        if abs(sum(rises)) != sum(map(abs, rises)):
+        have_one_sign = abs(sum(rises)) == sum(map(abs, rises))
+        if not have_one_sign:
             return Problem("open", CANCELS, middle)
         if claims and event.high - event.low > WIDE_EVENT * self.branch.high:
             return Problem("open", WIDE_THRESHOLD, middle)
@@ -317,13 +321,17 @@ class _BranchComparison:
         for claim in claims:
             self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
         self.unmet = self.unmet[len(claims) :]  # they ascend: these are its first
-        self.roots_met |= not claims and bool(event.open_parts)
+        if event.open_parts and not claims:  # roots may meet in it, and none crosses
+            self.roots_met = True
         return None
+
+    def _same_within(self, mu: float) -> float:
+        """How far from a friction a printed threshold may lie and be the same, see `SAME_SHARE`."""
+        return SAME_SHARE * max(abs(mu), 1e-3 * self.branch.high)
 
     def _problem_of_passed_claim(self, mu: float) -> Problem | None:
         """Refuted if a claim lies below a friction up to which the count did not change."""
-        reach = SAME_SHARE * max(abs(mu), 1e-3 * self.branch.high)
-        if self.unmet and self.unmet[0].mu < mu - reach:
+        if self.unmet and self.unmet[0].mu < mu - self._same_within(mu):
             reason = "the number of growing roots does not change at a threshold"
             return Problem("refuted", reason, self.unmet[0].mu)
         return None

@@ -94,7 +94,8 @@ class ExactRange:
             determinant = _determinant_of(component, low, high)
             if not determinant:
                 return None
-            for factor, power in determinant.factor()[1]:
+            _, factors_and_powers = determinant.factor()  # without its constant factor
+            for factor, power in factors_and_powers:
                 changes_of_factor = _changes_of(factor, low, high)
                 if changes_of_factor is None:
                     return None
@@ -138,20 +139,21 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     critical: Polynomial = math.prod(others)
     zeros = _zeros_within(critical, low, high)
     for k, zero in enumerate(zeros):
-        # the neighbouring double would do as well, but beside 0 it takes a thousand digits
+        # roots are counted at a share of the way to the next zero, or to an end of the range. The
+        # double next to this zero would serve too, but exactly it has a thousand digits beside 0
         next_low = zeros[k + 1].low if k + 1 < len(zeros) else max(high, zero.high)
         last_high = zeros[k - 1].high if k else low
-        above = zero.high + BESIDE * (next_low - zero.high)
-        growing = [_growing_at(factor, above)]  # at each of these values, in ascending order
-        start = max(zero.low, low)
         middle = max((zero.low + zero.high) / 2.0, low)
         is_double = zero.is_single and critical(_exactly(middle)) == 0
-        if is_double:  # what grows there grows on both sides, so that nothing cancels
-            growing.insert(0, _growing_at(factor, middle))
-        elif zero.low <= low:
-            return None  # some zero lies beside the end
+        growing = []  # the growing roots below the zero, at it and above it
         if zero.low > low:
-            growing.insert(0, _growing_at(factor, zero.low - BESIDE * (zero.low - last_high)))
+            growing.append(_growing_at(factor, zero.low - BESIDE * (zero.low - last_high)))
+        elif not is_double:
+            return None  # some zero lies beside the end
+        if is_double:  # what grows there grows on both sides, so that nothing cancels
+            growing.append(_growing_at(factor, middle))
+        growing.append(_growing_at(factor, zero.high + BESIDE * (next_low - zero.high)))
+        start = max(zero.low, low)
         for before, after in itertools.pairwise(growing):
             rise = len(after) - len(before)
             # several changes may cancel in the count. They cannot if it moves by two for each; nor
@@ -185,7 +187,8 @@ def _zeros_within(polynomial: Polynomial, low: float, high: float) -> list[_Zero
                 zeros.append(zero)
     separate: list[_Zero] = []
     for zero in sorted(zeros):
-        if separate and zero.low <= separate[-1].high:  # up to three doubles may lie between
+        # intervals end at neighbouring doubles: of two that overlap few doubles tell which is which
+        if separate and zero.low <= separate[-1].high:
             before = separate.pop()
             multiplicity = before.multiplicity + zero.multiplicity
             zero = _Zero(before.low, max(before.high, zero.high), multiplicity, False)

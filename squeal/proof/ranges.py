@@ -104,9 +104,10 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
             if not terms.is_real:
                 tallies = tallies_above(S, half, are_squares=terms.is_undamped)
             else:
-                by_part = tallies_of_values(S, half, is_hamiltonian=terms.is_gyroscopic)
                 if terms.is_undamped:
                     by_part = tallies_of_squares(S, half)
+                else:
+                    by_part = tallies_of_values(S, half, is_hamiltonian=terms.is_gyroscopic)
                 tallies = list(itertools.chain(*by_part))
                 if pencil.of_inverses:
                     tallies = tallies_of_inverses(S, half, by_part, infinite, terms.is_undamped)

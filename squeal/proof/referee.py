@@ -147,7 +147,7 @@ def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
 def _made_exact(system: Quadratic, finding: Finding) -> Finding:
     """The finding with exact roots of the components whose roots it leaves open.
 
-    Unless the data are known to the last digit the given doubles mean nothing by themselves, and
+    Where an entry has fewer digits than a double, exact roots of the given doubles say nothing, and
     the finding stays as it is.
     """
     if not (system.is_real and all(X.has_all_digits for X in system.parts)):

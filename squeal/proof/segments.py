@@ -151,6 +151,7 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
             Y = np.linalg.inv(B.value.mid @ X)
         except LinAlgError:
             return Failure(ILL_CONDITIONED)
+    # below, `upper(bound, k)` allows for the rounding of k sums and products
     left = Balls.exact(Y)
     right = Balls.exact(X)
     G0 = left @ (B.value @ right)
@@ -164,21 +165,22 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
     # R - G (S0 + d S1) = (R0 - G0 S0) + d (R1 - G1 S0 - G0 S1) + d^2 (R2 - G2 (S0 + d S1) - G1 S1),
     # at most U, which is summed term by term. G1 below are balls, G2 is the bound of d^2 G2
     E = Balls(G0.mid - np.eye(n), upper(G0.rad + EPS * magnitude(G0.mid), 2)).bound()
-    U = R0.minus(G0 @ S0).bound()
+    U = R0.minus(G0 @ S0).bound()  # of the order d^0
     if half > 0.0:
         sizes_of_X = magnitude(X)
         sizes_of_Y = magnitude(Y)
         sizes_of_S0 = magnitude(S0.mid)
         G1 = left @ (B.slope @ right)
         G2 = half**2 * (sizes_of_Y @ B.remainder @ sizes_of_X)
-        E = E + half * G1.bound() + G2
+        E += half * G1.bound()
+        E += G2
         first_order = (left @ (A.slope @ right)).minus(G1 @ S0)
         S1 = Balls.exact(_structured(first_order.mid, basis.mirror))
         sizes_of_S1 = magnitude(S1.mid)
-        U = U + half * first_order.minus(G0 @ S1).bound()
-        U = U + half**2 * (sizes_of_Y @ A.remainder @ sizes_of_X)  # d^2 R2
-        U = U + G2 @ (sizes_of_S0 + half * sizes_of_S1)
-        U = U + half**2 * (G1.bound() @ sizes_of_S1)
+        U += half * first_order.minus(G0 @ S1).bound()
+        U += half**2 * (sizes_of_Y @ A.remainder @ sizes_of_X)  # d^2 R2
+        U += G2 @ (sizes_of_S0 + half * sizes_of_S1)  # d^2 G2 (S0 + d S1)
+        U += half**2 * (G1.bound() @ sizes_of_S1)  # d^2 G1 S1
     F = inverse_excess(upper(E, 6 * n + 16))  # |G^-1 - 1| <= F
     if F is None:
         return Failure(ILL_CONDITIONED)
@@ -192,7 +194,7 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
     if not np.isfinite(N).all():
         return Failure(BEYOND)
     is_real = np.zeros(n, dtype=bool)
-    if basis.mirror is not None:
+    if basis.mirror is not None:  # a real column is its own conjugate
         is_real = basis.mirror == np.arange(n)
     S = NearDiagonal(S0.mid, L, N, is_real)
     for chain in basis.chains:
@@ -357,9 +359,10 @@ def _are_own_images(
 
 
 def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> list[list[Tally]]:
-    """What all roots lambda, which are the eigenvalues of S, do over the interval, by parts.
+    """What all roots lambda, which are the eigenvalues of S, do over the interval.
 
-    In a Hamiltonian system a root that equals its mirror image lies on the imaginary axis.
+    One list, here of a single tally, for each part of the discs. In a Hamiltonian system a root
+    that equals its mirror image in the imaginary axis lies on that axis.
     """
     discs = moving_discs(S, half)
     bounds = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
@@ -454,10 +457,11 @@ def tallies_of_inverses(
         if not nearest > 0.0:
             around_zero += len(part)
             continue
+        # an upper bound of 1 / |inverse of lambda|^2: of inverse squares, z has that size already
         stretch = (1.0 + 8.0 * EPS) / (nearest if are_squares else nearest**2)
         of_roots += [tally._replace(high=tally.high * stretch) for tally in of_part]
     unknown = around_zero - infinite
-    if unknown:
+    if unknown:  # of each square two roots
         of_roots.append(Tally(unknown * (1 + are_squares), -np.inf, np.inf, "unknown"))
     return of_roots
 
@@ -537,7 +541,8 @@ def _imaginary_bound_of_pair(
     discriminant = ((x - y) * (x - y) + 4 * b * c)(interval)
     if discriminant > 0:
         return ImaginaryBound(never_real=False, largest=0.0)
-    # S is real, so that |Im (x - s)| and |Im (y - s)| are |Im s| but for what the others do
+    # x and y are real but for `through_others`, so that each factor of (x - s) (y - s) = b c is at
+    # least |Im s| - through_others, and their product at most |b c|
     coupled = float((b(interval) * c(interval)).abs_upper())
     by_coupling = np.sqrt(coupled) + through_others.max()
     root_of_discriminant = np.sqrt(float(discriminant.abs_upper()))

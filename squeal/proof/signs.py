@@ -74,11 +74,12 @@ def signs(polynomial: Polynomial, low: float, high: float) -> list[Sign]:
 def _signs_of_part(D: Polynomial, uncertainty: Ball, low: float, high: float) -> list[Sign] | None:
     """The signs of D, known up to the uncertainty, in an interval; None if it has to be halved.
 
-    With D(middle + half s) = c0 + c1 s + c2 s^2 + ... of |s| <= 1, D has the sign of c0 if
+    With D(middle + half s) = c0 + c1 s + c2 s^2 + ... for |s| <= 1, D has the sign of c0 if
     |c0| - |c1| - |c2| - ... exceeds the uncertainty, and is monotonic if
-    |c1| > 2 |c2| + 3 |c3| + ...
+    |c1| > 2 |c2| + 3 |c3| + ... Of two balls a > b holds only if it does for all of their numbers.
     """
     middle = (low + high) / 2.0
+    # rounded up, so that -1 <= s <= 1 covers the interval
     half = (high - low) / 2.0 * (1.0 + 4.0 * EPS) + EPS
     centred = D(flint.arb_poly([middle, half])).coeffs()
     sizes = [abs(c) for c in centred]
