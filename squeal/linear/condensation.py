@@ -156,7 +156,8 @@ class Condensation:
         for matrices in samples:
             M, C, K = map(np.abs, self._transformed(matrices))
             term_sizes.append(rate**2 * M + rate * C + K)
-        # before the state space is formed, whose rows of ones would set units of their own
+        # balanced before the first-order form is made: its rows that say (velocity) = z times
+        # (displacement) would fix the units of both
         rows, columns = _balancing(term_sizes)
         self._left = rows * self._left
         self._right = self._right * columns
@@ -271,7 +272,7 @@ class Condensation:
         for _ in range(self._powers):
             R = np.linalg.qr(np.linalg.solve(shifted, E @ R))[0]
             L = np.linalg.qr(np.linalg.solve(shifted.T, E.T @ L))[0]
-        R = R @ np.linalg.inv(self._reference @ R)
+        R = R @ np.linalg.inv(self._reference @ R)  # so that R varies smoothly
         R = _beyond_rounding(R, np.abs(R).max(axis=0))
         L = _beyond_rounding(L, np.abs(L).max(axis=0))
         L = np.linalg.solve(L.T @ E @ R, L.T)  # so that L E R = 1
@@ -299,7 +300,8 @@ class Condensation:
         terms = self._pencil((M, C, K), of_terms=True)
         abs_R = np.abs(R)
         F_sizes = np.abs(L) @ np.abs(terms.F) @ abs_R
-        A = _beyond_rounding(L @ pencil.F @ R, F_sizes)  # roots of rounding would cross the axis
+        # entries that are mere rounding become 0: they would move roots at zero across the axis
+        A = _beyond_rounding(L @ pencil.F @ R, F_sizes)
         sizes = F_sizes + np.abs(L) @ terms.E @ abs_R @ np.abs(A)
         dF, dE = self._pencil(slopes, is_derivative=True)
         derivative = _beyond_rounding(

@@ -414,14 +414,14 @@ class Continuation:
     def _standard_problem(self, matrices: MCK, slopes: MCK, value: float = 0.0) -> StandardProblem:
         """The standard eigenproblem of M, C and K, and its derivative for slopes dM, dC and dK.
 
-        value: of the parameter, if the slopes are by it.
-
         It is that of the projected matrices, see `_regular_problem`, or of the condensation where
         M is singular. Entries of A by which one strong component of the rows acts on another change
         no eigenvalue and cost digits: they are set to zero.
 
         The first call sets the frequency scale for all others. Entries that were zero at all values
         so far renew the pattern and the components.
+
+        value: of the parameter, if the slopes are by it.
         """
         M, C, K = (self._projected(X) for X in matrices)
         dM, dC, dK = (self._projected(X) for X in slopes)
@@ -559,8 +559,8 @@ class Continuation:
             condition = 1.0 / np.abs(np.sum(left.conj() * right, axis=0))
         for rows in self._components:
             size = norm_of(A[np.ix_(rows, rows)])
-            error = 2 * len(rows) * EPS
-            rounding[rows] = root_rounding(roots[rows], condition[rows], error, size)
+            backward_error = 2 * len(rows) * EPS  # of the QR algorithm, a share of the norm
+            rounding[rows] = root_rounding(roots[rows], condition[rows], backward_error, size)
         self._spectra[p] = SpectrumAtParameter(
             value=p,
             z=roots,
@@ -697,6 +697,7 @@ def _complement_of_free_motions(M: Array, acting: Sequence[Array]) -> tuple[Arra
     motions = scale * null_spaces(stacked, noise)[0]
     k = motions.shape[1]
     if 0 < k < len(M):
+        # y = x, then y = M x, which are scale times the vectors x / scale and scale M x
         for y in (motions, scale**2 * (M @ motions)):
             if np.linalg.cond(y.conj().T @ M @ motions) <= 1 / ILL_CONDITIONED:
                 # P' M x = 0 with P = scale p, p orthogonal to scale M x; so for Q and y' M Q = 0

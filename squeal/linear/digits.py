@@ -62,18 +62,18 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
         for term in active:
             factor = term.factor.value(parameters)
             matrix = dense(term.matrix)
-            error = error + abs(factor) * term.rounding
-            error = error + _error_of_factor(term, parameters) * np.abs(matrix)
-            if isinstance(factor, complex) or not is_real:
+            error += abs(factor) * term.rounding
+            error += _error_of_factor(term, parameters) * np.abs(matrix)
+            if isinstance(factor, complex) or not is_real:  # the first for type checkers alone
                 # bounds: of its product, and of its share in each of the sums, for both parts
                 size = abs(factor) * np.abs(matrix)
-                error = error + 2.0 * (len(active) + 1) * EPS * size
+                error += 2.0 * (len(active) + 1) * EPS * size
                 continue
             product, product_error = _exact_product(factor, matrix)
             total, sum_error = _exact_sum(total, product)
-            error = error + np.abs(sum_error)
+            error += np.abs(sum_error)
             if len(active) > 1:  # the error of a single product is within its half unit
-                error = error + np.abs(product_error)
+                error += np.abs(product_error)
         errors.append(error * (1.0 + 8.0 * EPS))  # so much for rounding of the errors themselves
     return errors[0], errors[1], errors[2]
 
@@ -176,7 +176,7 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
     if C is None:
         C = csc_array((system.n, system.n))
     dM, dC, dK = data_errors(system)
-    z, x, y = arrays_of(roots, system.n)
+    z, x, y = arrays_of(roots, system.n)  # (m,), and right and left vectors (n, m)
     size = np.abs(z)
 
     def products(left: NDArray, matrix: Matrix, right: NDArray) -> NDArray:
@@ -199,7 +199,7 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
     bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
     may_leave_axis = np.ones(len(z), dtype=bool)  # with damping each root may
     if system.real and not norm_of(C):
-        signs = None
+        signs = None  # Krein's signs, which only symmetric matrices have
         if all(abs(X - X.T).max() == 0.0 for X in (M, K)):
             signs = np.sign(products(x, M, x).real)
         may_leave_axis = _may_leave_axis(z, bounds, signs)

@@ -284,10 +284,10 @@ def _complete_vectors(
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
     for k, z in enumerate(values):
         P = z * z * identity + z * B + A
-        # the factor of y^H P' x: the lengths of both vectors within the component
-        share_left = _complete_vector(P, reach, driven_last, right[:, k])
-        share_left *= _complete_vector(P.conj().T, reach.T, driving_last, left[:, k])
-        condition[k] /= max(share_left, EPS)
+        # the factor of y^H P' x: the product of the lengths of both vectors within the component
+        lengths = _complete_vector(P, reach, driven_last, right[:, k])
+        lengths *= _complete_vector(P.conj().T, reach.T, driving_last, left[:, k])
+        condition[k] /= max(lengths, EPS)
 
 
 def _complete_vector(

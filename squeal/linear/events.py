@@ -147,8 +147,9 @@ def _newton(continuation: Continuation, guess: EventGuess) -> _Zero | None:
     """The zero of the event function next to a guess.
 
     None if the iteration moves further from the guess than 1.5 of its widths, if the slope is zero
-    or not finite, as that of a defective root, or if no step becomes small: as rounding of p, or as
-    a quarter of the distance by which rounding of the function moves its zero.
+    or not finite, as that of a defective root, or if no step is small enough. A step is small
+    enough if it is no greater than rounding of p, or than a quarter of the distance by which
+    rounding of the function moves its zero.
     """
     low = continuation.low
     high = continuation.high
@@ -237,6 +238,7 @@ def _locate_event(continuation: Continuation, guess: EventGuess, crosses: bool) 
     # the equilibrium of a pad, are rounded to EPS, too, and move all entries together
     input_slopes = 0.0  # sum of |df / (relative change of such a number)|
     for perturbed in continuation.perturbed_by_rounding(p):
+        # `roots` may be those of the last x above: near enough for their vectors to start from
         local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
         input_slopes += abs(local.event_function(coalesces).slope)
     margin = 2 * EPS * input_slopes / slope
@@ -282,7 +284,10 @@ class _RootAtEvent(NamedTuple):
 def _root_at_event(
     continuation: Continuation, guess: EventGuess, zero: _Zero, crosses: bool
 ) -> _RootAtEvent | None:
-    """The root at the zero of an event function; None if it does not cross the line there."""
+    """The root at the zero of an event function; None if it does not cross the line there.
+
+    crosses: as `locate_event`.
+    """
     roots = zero.roots
     problem = continuation.problem
     A, derivative, _ = continuation.standard_problem(roots.value)

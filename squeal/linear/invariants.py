@@ -91,13 +91,15 @@ def invariants(entries: Sequence[Values], errors: Sequence[Values] | None = None
     sizes = [np.abs(x) for x in entries]
     relative_error: Values = ENTRY_ROUNDING
     if errors is not None:
+        # one share for all nine; a small entry with a great error counts as a larger one
         relative_error = share_of_largest(np.array(errors), np.array(sizes))
         sizes = [np.maximum(x, e / relative_error) for x, e in zip(sizes, errors, strict=True)]
     d = entries[::4]  # the diagonal
     D = sizes[::4]
     cycles = _Cycles.of(entries)
     cycle_sizes = _Cycles.of(sizes)
-    # of a term for each of its factors: the error of the factor, and as much for products and sums
+    # a product of k entries has a relative error of k units: a unit is the error of an entry, and
+    # as much for the rounding of products and sums
     unit = 2 * relative_error
     a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
     b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
@@ -189,7 +191,8 @@ def _split_discriminant(a: Bounded, b: Bounded, c: Bounded) -> tuple[Bounded, Va
             residual = ((s - a.value) * s + b.value) * s - c.value
             s = s - residual / ((3 * s - 2 * a.value) * s + b.value)
         size = np.abs(s)
-        relative_error = (a.bound + (b.bound + c.bound / size) / size) / size + 4 * EPS  # of s
+        # of s = a - b / s + c / s^2
+        relative_error = (a.bound + (b.bound + c.bound / size) / size) / size + 4 * EPS
         t = (b.value - c.value / s) / s  # the others' sum
         d = c.value / s  # and product
         error_t = (b.bound + c.bound / size) / size + np.abs(t) * relative_error
@@ -198,5 +201,6 @@ def _split_discriminant(a: Bounded, b: Bounded, c: Bounded) -> tuple[Bounded, Va
         distances = ((s - t) * s + d) ** 2  # of s to both others, squared
         value = (t * t - 4 * d) * distances
         error = 2 * np.abs(t) * error_t + error_t * error_t + 4 * error_d + 4 * EPS * terms
+        # `distances` are about s^4, with four times the relative error of s: twice that is allowed
         bound = error * distances + 8 * relative_error * np.abs(value)
         return Bounded(value, bound), bound <= 1e-9 * terms * distances

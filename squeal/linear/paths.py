@@ -226,7 +226,7 @@ def track_modes(
     losses : list of Loss
         Where modes lose their identity.
     """
-    budget = iter(range(spare))
+    budget = iter(range(spare))  # all intervals draw on it: each halving takes an item
     tracker = _ModeTracker(at(values[0]))
     numbers = [tracker.numbers]
     for a, b in itertools.pairwise(values):
@@ -260,6 +260,8 @@ class _ModeTracker:
         new = np.flatnonzero(after == 0)
         after[new] = self.largest + 1 + np.arange(len(new))
         self.largest += len(new)
+        # before conjugates share a number: two real modes that meet and become a pair lose one of
+        # their numbers, but neither ends
         ended = set(before.tolist()) - set(after.tolist())
         self.numbers = _shared_by_conjugates(link.after, after)
         begun = set(self.numbers.tolist()) - set(before.tolist())
@@ -422,7 +424,7 @@ def _spectra_away_from_crossings(result: Thresholds, mu: float) -> list[_Spectru
     for part in result.searched:
         continuation = part.continuation
         if continuation.low <= mu <= continuation.high:
-            continuation.at(mu)
+            continuation.at(mu)  # from now on it is among `spectra`
         for spectrum in continuation.spectra:
             inside = continuation.low <= spectrum.value <= min(mu, continuation.high)
             if inside and (spectrum.value == mu or not is_near_crossing(spectrum.value)):

@@ -149,7 +149,7 @@ def assigned(cost: Array) -> NDArray[np.intp]:
     than columns.
     """
     cheapest = np.argmin(cost, axis=1)
-    if len(set(cheapest.tolist())) == len(cheapest):
+    if len(set(cheapest.tolist())) == len(cheapest):  # no two rows want one column
         return cheapest
     order = np.full(len(cost), -1, dtype=np.intp)
     taken: set[int] = set()

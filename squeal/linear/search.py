@@ -207,6 +207,7 @@ class _AdaptiveRefinement:
         after = continuation.at(high)
         step = Step(before, after)
         starts_range = low == continuation.low
+        # division: the share of the step at which to divide it, None if all roots are matched
         guesses, division = guesses_of(step, starts_range, high == continuation.high)
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
@@ -316,7 +317,7 @@ class _AdaptiveRefinement:
 
         - If the events located so far explain it, they are returned. In a wide range the spectra
           below the first event and above the last one have to agree with the counts at a and b,
-          too.
+          too. They are also returned once the budget of spectra is used up.
         - If the range cannot be divided, each required crossing is taken from a located event,
           which may stand for several equal subsystems that cross at one value, or else from the
           count alone.
@@ -458,13 +459,14 @@ class _AdaptiveRefinement:
         Of several it is the narrowest, with an interval that holds all: equal subsystems may cross
         there. None if there is none.
         """
-        tolerance = ROOT_TOLERANCE
         low = a - self.merge_distance
         high = b + self.merge_distance
         candidates = []
         for event in self.located:
             is_near = low <= event.value <= high
-            if is_near and _has_frequency(event, crossing.omega, crossing.direction, tolerance):
+            if is_near and _has_frequency(
+                event, crossing.omega, crossing.direction, ROOT_TOLERANCE
+            ):
                 candidates.append(event)
         if not candidates:
             return None

@@ -68,7 +68,7 @@ def unit_of_parameter(system: System) -> str:
     'rad/s'
     """
     name = system.parameter
-    speed = system.parameters[name] or 1.0
+    speed = system.parameters[name] or 1.0  # any but 0 shows what the terms are made of
     terms: list[Term] = []
     if name != "mu":
         terms += system.C

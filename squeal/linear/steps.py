@@ -271,8 +271,9 @@ def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) ->
     l = pairs.l
     product = pairs.a * pairs.b
     size = np.abs(product)
-    # half of the length within which two that do not coalesce stay close; infinite, and cut to the
-    # step, where their difference does not change
+    # how long two that do not coalesce stay close: at this distance from x = -u / v the first part
+    # of d is a quarter of what the second one is there. Infinite, and cut to the step, where their
+    # difference does not change
     width = np.fmin(np.abs(pairs.u * np.sqrt(product) / pairs.v**2), span)
     width = width + 1e-6 * span  # not zero where d has a double zero
     offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # 0.1 to 8 half widths of a close approach
@@ -384,7 +385,7 @@ class Step:
         length = after.value - before.value
         slope_sums = before.slopes[:, None] + after.slopes
         slope_changes = before.slopes[:, None] - after.slopes
-        mismatch = np.abs(after.z - before.z[:, None] - length / 2 * slope_sums)
+        mismatch = np.abs(after.z - before.z[:, None] - length / 2 * slope_sums)  # (m, m')
         # roots that cross in the middle of the step have the same mismatch as if they turned back
         # there: a hundredth of the change of slope decides for the crossing
         self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
@@ -403,7 +404,7 @@ class Step:
         self.matched &= self.order >= 0
         self.real_cubic = hermite_cubic(z.real, dz.real, later_z.real, later_dz.real)
         c = self.real_cubic
-        t = np.linspace(0.0, 1.0, 17)[:, None]
+        t = np.linspace(0.0, 1.0, 17)[:, None]  # extremes are taken from 17 values of each cubic
         values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
         self.lowest_real = values.min(axis=0)
         self.highest_real = values.max(axis=0)
@@ -452,7 +453,6 @@ class Step:
         Where two roots coalesce these two stay smooth, and the roots themselves do not. The closest
         are paired first; `roots` are indices before the step.
         """
-
         remaining = set(roots)
         for pair in closest_pairs(roots, self.ends.z, self.ends.later_z):
             if not remaining.issuperset(pair):

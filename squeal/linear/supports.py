@@ -38,7 +38,7 @@ def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArr
     # less than half of the rows are supports: below a gap with fewer rows under it lie soft rows
     first_above = first_above[2 * first_above > by_size.size]
     if not first_above.size:
-        return first_above
+        return by_size[:0]
     rows = np.sort(by_size[first_above[0] :])
     free = np.setdiff1d(np.arange(stiffness.size), rows)
     free_with_mass = free[masses[free] > 0.0]

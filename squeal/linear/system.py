@@ -403,7 +403,10 @@ class System:
         return low, high
 
     def frequency(self, omega: float | None) -> dict[str, float]:
-        """The values of `follows` at omega (rad/s), None in the middle of what tables cover.
+        """The values that the names in `follows` have at an angular frequency, rad/s or Hz.
+
+        omega is in rad/s; None stands for the middle of the frequencies that the tables of factors
+        cover, and for 1000 Hz without tables.
 
         Examples
         --------
@@ -492,10 +495,11 @@ class System:
         def dependent(terms: Sequence[Term]) -> list[Term]:
             return [term for term in terms if name in term.factor.names]
 
-        dM = self._sum(dependent(self.M), slope)
-        dC = self._sum(dependent(self.C), slope)
-        dK = self._sum(dependent(self.K), slope)
-        return dM, dC, dK
+        return (
+            self._sum(dependent(self.M), slope),
+            self._sum(dependent(self.C), slope),
+            self._sum(dependent(self.K), slope),
+        )
 
     def _sum(self, terms: Sequence[Term], factor_of: Callable[[Term], complex]) -> Matrix | None:
         """The sum of the matrices of terms (n, n), each times what `factor_of` makes of its factor.

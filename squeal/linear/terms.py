@@ -125,7 +125,8 @@ def sum_of_terms(
 ) -> Term:
     """A term whose matrix (n, n) is a sum of multiples of others, with the errors of its entries.
 
-    parts: the factor of each of these terms, and the term.
+    matrix: the sum; parts: of each of its summands, the number that multiplies a term, and the
+    term.
     """
     digits = [term.digits for _, term in parts if term.digits is not None]
     errors: Matrix | None = None

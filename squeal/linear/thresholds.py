@@ -582,7 +582,7 @@ def _omega_without_event(
     """The angular frequency (rad/s) of the mode that changes the verdict, where no event has it.
 
     It is that of the fastest pair at the nearest spectrum on the side on which this pair grows, and
-    0 of a real root. interval: that of the change.
+    0 of a real root. interval: the values between which the change lies.
     """
     continuation = result.continuation
     grows_above = change.above in GROWING
@@ -590,8 +590,8 @@ def _omega_without_event(
     if kind != "flutter":
         return 0.0
     if change.cluster is None:
-        # no root crosses: a pair and a real root grow alike here, or a pair becomes two real roots
-        # and has the frequency 0
+        # no root crosses: either a pair and a real root grow at one rate here, to a millionth, or a
+        # pair becomes two real roots, and its frequency falls to 0
         spectrum = continuation.at(change.value)
         growth = spectrum.unstable_count
         rates_are_equal = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
