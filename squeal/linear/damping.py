@@ -229,13 +229,18 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
             )
     else:
         is_list = np.ndim(ratios) > 0
-        count = np.size(ratios)
-        if not (is_list or is_large):  # one number is that of all modes
-            count = n
-        if count > n or (is_large and not is_list):
+        if is_large and not is_list:
             raise InputError(
-                f"damping.ratios: {count} ratios of {n} rows are not allowed; a list of one for "
-                "each of the first modes is, or a table of frequencies"
+                f"damping.ratios: one ratio for all modes of {n} rows is not allowed; above "
+                f"{MOST_DENSE} rows it must be a list for the first modes or a table of frequencies"
+            )
+        count = n  # one number is that of all modes
+        if is_list:
+            count = np.size(ratios)
+        if count > n:
+            raise InputError(
+                f"damping.ratios: {count} ratios of {n} rows are not allowed; it must be at most "
+                "one a row"
             )
         omega, modes = real_modes(K, M, count, ratios=None)
         if is_list and len(omega) < count:

@@ -127,6 +127,21 @@ def test_modes_of_a_large_system_that_a_table_misses_are_warned_of(monkeypatch):
     assert len(warned) == 1
 
 
+@pytest.mark.parametrize(
+    ("ratios", "message"),
+    [
+        (0.01, "one ratio for all modes of 150 rows is not allowed; above 100 rows it must be"),
+        ([0.01] * 151, "151 ratios of 150 rows are not allowed; it must be at most one a row"),
+    ],
+)
+def test_ratios_of_a_large_system_are_refused_by_what_was_given(monkeypatch, ratios, message):
+    monkeypatch.setattr("squeal.linear.damping.MOST_DENSE", 100)
+    diagonal = Term(csc_array(diags_array(np.arange(1.0, 151.0))))
+    system = TermSystem((diagonal,), (), (diagonal,))
+    with pytest.raises(InputError, match=message):
+        damped(system, ratios=ratios)
+
+
 MODULUS = "K: {file: a.mtx, modulus: {file: table.csv}}"
 WRONG = [
     ("C: {file: a.mtx, structural: 0.1}\nK: {file: a.mtx}", TABLE, "structural"),
