@@ -125,12 +125,14 @@ def factors_of(system: SystemFunction) -> list[Factor]:
 
 
 def undersampled_factor(system: System, values: Sequence[float]) -> str | None:
-    """The text of a factor that may rise and fall again between two neighbours of a rising sequence
-    of values of the free parameter, which then is too coarse for it; None if there is none.
+    """The text of the first factor for which a sequence of values is too coarse; None without one.
 
-    The real and the imaginary part may leave the ranges of their values at the two neighbours by a
-    margin: the larger of a share `NEGLECTED_SHARE` of the factor's range over all values and a
-    share `NEGLECTED_OF_SIZE` of its size.
+    It is too coarse if the factor may rise and fall again between two neighbouring values: if its
+    real or its imaginary part may leave the range from its value at the one to that at the other
+    by more than a margin. The margin is the larger of the share `NEGLECTED_SHARE` of the factor's
+    range over all values and the share `NEGLECTED_OF_SIZE` of its size.
+
+    values: of the free parameter, rising.
     """
     for factor in factors_of(system):
         sampled = factor.points(values)

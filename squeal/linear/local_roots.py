@@ -222,6 +222,9 @@ def roots_near(
     mean_slope = np.trace(block_slope) / count
     deviator = block - mean * np.eye(count)  # its square is d times the identity
     deviator_slope = block_slope - mean_slope * np.eye(count)
+    # a change of the block changes d by tr(deviator change) + tr(change^2) / 2. The errors of its
+    # entries are independent: the squares of the first terms add up
+    d_noise = np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2
     return LocalRoots(
         value=p,
         mean=complex(mean),
@@ -230,8 +233,7 @@ def roots_near(
         d=complex(np.trace(deviator @ deviator) / 2),
         d_slope=complex(np.trace(2 * deviator @ deviator_slope) / 2),
         d_bend=complex(np.trace(deviator_slope @ deviator_slope) / 2),
-        # d changes by tr(deviator change) + tr(change^2) / 2 with a change of the block
-        d_noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
+        d_noise=float(d_noise),
         right=_embedded(X, rows, N),
         left=_embedded(Y, rows, N),
         is_resolved=bool(np.linalg.norm(subspace_error) <= np.linalg.norm(entry_error)),

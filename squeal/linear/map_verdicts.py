@@ -71,17 +71,17 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     may_change[~damped] = _errors_may_change_undamped(A[~damped], errors[~damped])
     # marginal: errors hide whether a root grows
     may_change[damped] = damped_verdicts(A[damped], B[damped], shares[damped]) == MARGINAL
-    # a pair and a real root may grow equally fast, unless their rates differ by more than errors
-    # move a triple root of the scaled matrix. An undamped pair and root grow only with a negative
-    # determinant, a damped pair beside two real roots with a positive one, too
+    # a pair and a real root may grow equally fast if their rates differ by no more than what the
+    # errors may move a triple root of the scaled matrix. An undamped pair and root grow only with a
+    # negative determinant, a damped pair beside two real roots with a positive one, too
     may_tie = damped | (np.linalg.det(A) < 0.0)
     matrices, _ = first_order(A[may_tie], B[may_tie])
     values = np.linalg.eigvals(matrices)
-    of_reals = np.where(values.imag == 0.0, values.real, 0.0).max(axis=1)
-    of_pairs = np.where(values.imag != 0.0, values.real, 0.0).max(axis=1)
+    real_rate = np.where(values.imag == 0.0, values.real, 0.0).max(axis=1)  # 0 if none grows
+    pair_rate = np.where(values.imag != 0.0, values.real, 0.0).max(axis=1)
     reach = np.cbrt(shares[may_tie])
-    are_equal = np.abs(of_pairs - of_reals) <= reach
-    may_change[may_tie] |= (of_pairs > 0.0) & (of_reals > 0.0) & are_equal
+    are_equal = np.abs(pair_rate - real_rate) <= reach
+    may_change[may_tie] |= (pair_rate > 0.0) & (real_rate > 0.0) & are_equal
     # a damped pair may turn into two real roots or the reverse, where the fastest two nearly meet
     rows = np.arange(len(values))
     fastest = values[rows, values.real.argmax(axis=1)]

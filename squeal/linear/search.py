@@ -398,8 +398,8 @@ class _AdaptiveRefinement:
     ) -> list[Event] | None:
         """All events from a to b, after a finer search just below and above coincident ones.
 
-        a, b, limits: as `resolve_events`; inside: the coincident events. None if the counts change
-        where these lie alone, so that twins of them are missing and not crossings elsewhere.
+        a, b, limits: as `resolve_events`; inside: the coincident events. None if the count changes
+        nowhere but where these lie: then twins of them are missing, not crossings elsewhere.
         """
         continuation = self.continuation
         low, high = hull(inside)

@@ -108,6 +108,8 @@ class Term:
         """
         from scipy.sparse import eye_array
 
+        # entries that are moved or averaged keep their digits. Of others the digits say nothing, so
+        # that the errors that they leave are mapped
         errors = self.errors if size is None else self.data_errors
         rounding = self.rounding
         if errors is not None:

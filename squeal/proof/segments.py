@@ -116,8 +116,9 @@ def bases(A: NDArray, B: NDArray) -> Iterator[Basis]:
 class NearDiagonal(NamedTuple):
     """All matrices S (n, n) with the eigenvalues of a pencil, over |d| <= h: S0 + d L but for N.
 
-    S0 and L are zero but on the diagonal, next to it, and where columns stay together; N bounds the
-    absolute values of the rest; `is_real` (n,) says which columns belong to real vectors.
+    S0 and L are zero but on the diagonal and where columns stay together, such as those of a chain;
+    N bounds the absolute values of the rest; `is_real` (n,) says which columns belong to real
+    vectors.
     """
 
     S0: NDArray
@@ -317,7 +318,7 @@ def moving_discs(S: NearDiagonal, half: float) -> MovingDiscs:
     """
     centres = S.centres
     speeds = S.speeds
-    off_diagonal = upper(magnitude(S.S0) + half * magnitude(S.L) + S.N, 4)  # a sum of 4 terms
+    off_diagonal = upper(magnitude(S.S0) + half * magnitude(S.L) + S.N, 4)  # 3 terms, one a product
     np.fill_diagonal(off_diagonal, 0.0)
     diagonal_errors = S.N.diagonal()
     off_diagonal_sums = row_sums(off_diagonal)
@@ -545,6 +546,7 @@ def _imaginary_bound_of_pair(
     # least |Im s| - through_others, and their product at most |b c|
     coupled = float((b(interval) * c(interval)).abs_upper())
     by_coupling = np.sqrt(coupled) + through_others.max()
+    # s = (x + y +- sqrt(discriminant)) / 2, where x and y are imaginary by their errors at most
     root_of_discriminant = np.sqrt(float(discriminant.abs_upper()))
     by_discriminant = (root_of_discriminant + errors[0, 0] + errors[1, 1]) / 2.0
     largest = min(by_coupling, by_discriminant) * (1.0 + 8.0 * EPS)
