@@ -36,7 +36,7 @@ def data_errors(
         for term in terms:
             errors_of_term = term.data_errors
             if errors_of_term is not None:
-                total = total + abs(term.factor.value(parameters)) * errors_of_term
+                total += abs(term.factor.value(parameters)) * errors_of_term
         errors.append(total)
     return errors[0], errors[1], errors[2]
 
@@ -74,7 +74,7 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
             error += np.abs(sum_error)
             if len(active) > 1:  # the error of a single product is within its half unit
                 error += np.abs(product_error)
-        errors.append(error * (1.0 + 8.0 * EPS))  # so much for rounding of the errors themselves
+        errors.append(error * (1.0 + 8.0 * EPS))  # the errors themselves are rounded
     return errors[0], errors[1], errors[2]
 
 
@@ -163,8 +163,9 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
     - Where it exceeds a quarter of |lambda| the root may belong to a double root at zero, whose
       square moves by |y|' |dP| |x| / |y^H M x|. The bound is then sqrt(|lambda|^2 + this movement),
       the size that the root may have, or twice the bound of a simple root if that is less.
-    - Where both are infinite, at a coalescence, the bound is the greater of |lambda| and
-      sqrt(|dK| / |M|), the size that |dK| gives to a root of zero.
+    - Where both are infinite, at a coalescence, the bound is the greater of |lambda| and the size
+      that |dK| gives to a double root at zero: sqrt(|dK| / |M|), of rows without mass
+      sqrt(|dK| |K|) / |C|.
 
     Roots of a real undamped system that stay on the imaginary axis within their bounds keep their
     `rounding`. That of every other root is raised to its bound, and its `sign_is_open` says whether
@@ -196,7 +197,11 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
         near_zero_bounds = np.fmin(2 * simple_bounds, double_bounds)  # fmin leaves out a NaN
         bounds = np.where(is_near_zero, near_zero_bounds, simple_bounds)
     unknown = ~np.isfinite(bounds)  # at a coalescence, where y^H P' x is zero
-    bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
+    if norm_of(M):
+        of_zero = np.sqrt(norm_of(dK) / norm_of(M))
+    else:
+        of_zero = np.sqrt(norm_of(dK) * norm_of(K)) / norm_of(C)
+    bounds[unknown] = np.maximum(size, of_zero)[unknown]
     may_leave_axis = np.ones(len(z), dtype=bool)  # with damping each root may
     if system.real and not norm_of(C):
         signs = None  # Krein's signs, which only symmetric matrices have

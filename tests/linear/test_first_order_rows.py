@@ -129,3 +129,21 @@ def test_a_refusal_names_the_band_as_python_does():
     with pytest.raises(squeal.InputError, match=r"infinity.*`band`") as refused:
         squeal.thresholds(system)
     assert "--" not in str(refused.value)
+
+
+@pytest.mark.parametrize("K", [[[1.1, 0.3], [0.4, 2.1]], [[1.1, 0.3], [0.0, 1.1]]])
+def test_short_floats_bound_the_roots_of_rows_without_mass(K):
+    """The numbers that were rounded to single precision have their roots within the errors."""
+    matrices = [np.asarray(X, dtype=np.float32) for X in (np.zeros((2, 2)), np.eye(2), K)]
+    found = squeal.eigenvalues(squeal.System(*matrices))
+    roots = np.sort(-np.linalg.eigvals(K))[::-1]
+    errors = np.array([root.error for root in found.eigenvalues])
+    assert np.all(np.abs(found.values - roots) <= errors)
+    assert np.all(errors < 1e-6)
+
+
+def test_short_floats_leave_a_double_root_at_zero_without_mass_open():
+    """Entries of 1e-8 in place of 0 would move both roots by the root of 0.3e-8."""
+    K = np.array([[0.0, 0.3], [0.0, 0.0]], dtype=np.float32)
+    found = squeal.eigenvalues(squeal.System(np.zeros((2, 2)), np.eye(2), K))
+    assert all(1e-5 < root.error < 1e-3 for root in found.eigenvalues)
