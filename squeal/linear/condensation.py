@@ -88,7 +88,7 @@ def zero_columns_last(X: NDArray) -> tuple[NDArray, int]:
         reduced[row] = reduced[row] / reduced[row, column]
         multiples = reduced[:, column].copy()
         multiples[row] = 0
-        reduced = reduced - np.outer(multiples, reduced[row])
+        reduced -= np.outer(multiples, reduced[row])
         rows.append(int(row))
         pivots.append(int(column))
     rank = len(rows)

@@ -471,9 +471,9 @@ class Continuation:
             dA[:n] = 0.0  # the upper rows are exact and constant
             sizes[:n] = 0.0
             ratios = self._state_scales / self._state_scales[:, None]
-            A = A * ratios
-            dA = dA * ratios
-            sizes = sizes * ratios
+            A *= ratios
+            dA *= ratios
+            sizes *= ratios
         return StandardProblem(A, dA, sizes)
 
     def _projected(self, X: Array) -> Array:

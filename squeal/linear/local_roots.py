@@ -148,7 +148,7 @@ class LocalRoots(NamedTuple):
         slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
         # the derivatives of the function by m and by d, times the noise of each
         noise = abs(2 * m * d.real - 4 * m**3) * self.mean_noise
-        noise = noise + (m**2 + abs(d.imag) / 2) * self.d_noise
+        noise += (m**2 + abs(d.imag) / 2) * self.d_noise
         return EventFunction(value, slope, bend=0.0, noise=noise)
 
 

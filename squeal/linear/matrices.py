@@ -200,7 +200,7 @@ def normalised_system(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Normal
         B = None if damping is None else _normalised(T, damping)
         size = np.linalg.norm(A)  # of squares of roots
         if B is not None:
-            size = size + np.linalg.norm(B) ** 2
+            size += np.linalg.norm(B) ** 2
     if not np.isfinite(size):
         raise ComputationError(BEYOND_DOUBLES)
     return NormalisedSystem(A, B, T, rounding)

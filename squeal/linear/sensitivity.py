@@ -258,7 +258,7 @@ class _Quotient(NamedTuple):
             root = -y_dP_x / self.weight
             return _Rates(root.real + 0j, root)
         mean = np.vdot(y, inertia(change, z, x) + applied(change, z, self.x1))
-        mean = mean + np.vdot(self.y1, dP_x)
+        mean += np.vdot(self.y1, dP_x)
         return _Rates(y_dP_x, -mean / self.weight)
 
 

@@ -275,7 +275,7 @@ def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) ->
     # of d is a quarter of what the second one is there. Infinite, and cut to the step, where their
     # difference does not change
     width = np.fmin(np.abs(pairs.u * np.sqrt(product) / pairs.v**2), span)
-    width = width + 1e-6 * span  # not zero where d has a double zero
+    width += 1e-6 * span  # not zero where d has a double zero
     offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # 0.1 to 8 half widths of a close approach
     offsets = np.concatenate([-offsets, [0.0], offsets])[:, None]
     centre = pairs.zeros.mean(axis=0)

@@ -545,7 +545,7 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     for term in frozen.K:
         # a factor that is zero at these parameters need not be at others
         size = max(abs(term.factor.value(frozen.parameters)), 1.0)
-        couplings = couplings + size * abs(csc_array(term.matrix))
+        couplings += size * abs(csc_array(term.matrix))
     couplings.setdiag(0.0)
     supports = support_rows(np.abs(M.diagonal()), np.abs(K.diagonal()), couplings)
     if not supports.size:

@@ -236,7 +236,7 @@ def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
     # the sizes are rounded, so that |c| - r is taken a little too small
     least_sizes = np.where(is_away_from_zero, (sizes - squares.radii) * (1.0 - 64.0 * EPS), 1.0)
     radii_away = squares.radii / (np.sqrt(sizes) * (1.0 - 4.0 * EPS) + np.sqrt(least_sizes))
-    radii_away = radii_away + 8.0 * EPS * np.abs(roots)  # rounding of the root itself
+    radii_away += 8.0 * EPS * np.abs(roots)  # rounding of the root itself
     radii_around_zero = np.sqrt(upper(sizes + squares.radii, 8))
     centres = np.where(is_away_from_zero, roots, 0.0)
     radii = upper(np.where(is_away_from_zero, radii_away, radii_around_zero), 8)

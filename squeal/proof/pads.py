@@ -591,7 +591,7 @@ def _determinant(rows: Sequence[Sequence[Polynomial]]) -> Polynomial:
         if entry.length():  # a Hurwitz matrix has many zeros
             minor = _determinant([[*row[:j], *row[j + 1 :]] for row in others])
             sign = (-1) ** (len(others) + j)
-            determinant = determinant + sign * _product(entry, minor)
+            determinant += sign * _product(entry, minor)
     return determinant
 
 
