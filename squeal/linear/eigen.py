@@ -320,7 +320,7 @@ def _complete_vector(
     """
     largest = int(np.argmax(np.abs(vector)))  # a row of the vector's own component
     entry_before = abs(vector[largest]) / np.linalg.norm(vector)
-    size = float(np.linalg.norm(P))
+    size = float(np.linalg.norm(P)) or 1.0  # P is zero at a root of zero without stiffness
     for rows in component_rows:
         # these rows depend on the vector's own component, and not the reverse
         is_driven = reach[rows[0], largest] and not reach[largest, rows[0]]

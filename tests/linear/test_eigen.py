@@ -268,3 +268,10 @@ def test_a_free_body_is_regular_in_any_unit(mass, stiffness):
     values = complex_eigenvalues(mass * np.eye(2), None, K).values
     exact = np.sqrt(2 * stiffness / mass)
     assert np.sort(values.imag) / exact == pytest.approx([-1.0, 0.0, 0.0, 1.0], abs=1e-7)
+
+
+def test_vectors_of_dampers_in_one_direction_without_stiffness_are_finite():
+    """At the root zero z^2 + z B + A itself is zero, so that it has no size to compare with."""
+    found = squeal.eigenvalues(squeal.System(np.eye(3), np.eye(3, k=1), np.zeros((3, 3))))
+    assert np.all(found.values == 0.0)
+    assert all(np.isfinite(root.right).all() for root in found.eigenvalues)
