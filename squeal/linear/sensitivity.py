@@ -194,7 +194,8 @@ def crossing_slopes(
     Returns
     -------
     dict of str to (float, float)
-        dp/dq, and the derivative of the frequency of the crossing, Hz per unit of q.
+        dp/dq, infinite where p does not move the root, and the derivative of the frequency of the
+        crossing, Hz per unit of q.
 
     Examples
     --------
@@ -211,9 +212,10 @@ def crossing_slopes(
     slopes = {}
     for name, change in changes.items():
         rates_q = quotient.rates(change)
-        # + 0.0: no negative zeros
-        dp_dq = float(-(rates_q.vanishing_slope / rates_p.vanishing_slope).real) + 0.0
-        omega_slope = float((rates_q.root_slope + dp_dq * rates_p.root_slope).imag)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # + 0.0: no negative zeros
+            dp_dq = float(-(rates_q.vanishing_slope / rates_p.vanishing_slope).real) + 0.0
+            omega_slope = float((rates_q.root_slope + dp_dq * rates_p.root_slope).imag)
         frequency_slope = omega_slope / math.tau + 0.0
         slopes[name] = dp_dq, frequency_slope
     return slopes

@@ -1,6 +1,7 @@
 """Intervals hold the threshold of closed forms; no window of growth is missed."""
 
 import itertools
+import warnings
 from fractions import Fraction
 
 import mpmath as mp
@@ -387,3 +388,12 @@ def test_a_window_of_stability_that_rounding_resolves_changes_the_verdict(power)
         assert [p.kind for p in found.points] == ["restabilised", "flutter"]
         for p, rate in zip(found.points, np.diag(C1), strict=True):
             assert p.interval[0] <= Fraction(0.01) / abs(Fraction(rate)) <= p.interval[1]
+
+
+def test_a_threshold_that_the_parameter_does_not_move_to_first_order_needs_no_warning():
+    """q'' - 1.1 mu^2 q = 0, where the number 1.1 has seven digits, diverges from mu = 0 on."""
+    system = squeal.System([[1.0]], K={"mu**2": np.array([[-1.1]], dtype=np.float32)})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (point,) = squeal.thresholds(system, high=1.0).points
+    assert (point.mu, point.kind) == (0.0, "divergence")
