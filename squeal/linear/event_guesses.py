@@ -94,7 +94,7 @@ def _path_uncertainty(step: Step) -> Array:
     """How far the path of each root (m,) may be from its cubic, towards the line."""
     uncertainty = 2 * np.abs(step.deviation.real)
     if step.before.problem is DAMPED:
-        uncertainty = uncertainty + step.rounding
+        uncertainty += step.rounding
     return uncertainty
 
 

@@ -244,7 +244,7 @@ class Modulus:
             if name != "frequency":  # the table's derivatives are by the frequency
                 storage = Dual(storage.value, 0.0)
                 loss = Dual(loss.value, 0.0)
-            result = result * storage
+            result *= storage
         return result * (loss * 1j + 1.0)
 
 

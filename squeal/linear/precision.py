@@ -120,5 +120,5 @@ def _errors(matrix: Matrix, half_unit: Callable[[Array], Array]) -> csc_array:
     X = csc_array(matrix)
     errors = half_unit(X.data.real)
     if np.iscomplexobj(X.data):
-        errors = errors + half_unit(X.data.imag)
+        errors += half_unit(X.data.imag)
     return csc_array((errors, X.indices, X.indptr), shape=X.shape)

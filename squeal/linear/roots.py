@@ -107,7 +107,7 @@ def root_rounding(
         share = np.exp(log_r)[:, None] / distances[crowded]
         excess = log_r + np.log1p(share).sum(axis=1) - log_R
         slope = 1.0 + (share / (1.0 + share)).sum(axis=1)
-        log_r = log_r - np.maximum(excess, 0.0) / slope
+        log_r -= np.maximum(excess, 0.0) / slope
     # equal roots with independent vectors share no error: each moves by the error of the matrix, as
     # a single root of condition 1 does
     least = np.minimum(isolated, matrix_error)[crowded]

@@ -199,7 +199,7 @@ def _approaches(spectrum: SpectrumAtParameter, span: float, side: int) -> _Appro
     v = slopes[pairs.k] - slopes[pairs.l]
     # where they would cross without coupling, or the nearest distance in the step
     crossing_distance = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
-    v = v + crossing_distance * pairs.bend  # the mean slope up to the crossing
+    v += crossing_distance * pairs.bend  # the mean slope up to the crossing
     # couplings are derivatives by the parameter, against which the distance from this end may run:
     # W changes its sign with the side, and T and the bend, which are products of two W, do not
     a, b = side * pairs.direct + crossing_distance * pairs.indirect

@@ -323,7 +323,7 @@ def _linear_combination(factors: Sequence[float], polynomials: Sequence[Polynomi
     """The sum of polynomials times factors."""
     total = flint.arb_poly([0])
     for factor, polynomial in zip(factors, polynomials, strict=True):
-        total = total + polynomial * factor
+        total += polynomial * factor
     return total
 
 

@@ -219,7 +219,7 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
             quotient = Quotient(one, one)
             if term.factor is not None:
                 try:
-                    quotient = quotient * term.factor(Quotient(p, one))
+                    quotient *= term.factor(Quotient(p, one))
                 except (ArithmeticError, ValueError):
                     return None
             denominator *= quotient.denominator / denominator.gcd(quotient.denominator)
@@ -314,7 +314,7 @@ def _determinant(rows: list[list[Polynomial]]) -> Polynomial:
     for k, entry in enumerate(first):
         if entry:
             minor = [row[:k] + row[k + 1 :] for row in others]
-            total = total + (-1) ** k * entry * _determinant(minor)
+            total += (-1) ** k * entry * _determinant(minor)
     return total
 
 
