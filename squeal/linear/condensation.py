@@ -2,10 +2,10 @@
 
 They are the roots z of a pencil F - z E: of K - s M without damping, s = -lambda^2, else of the
 first-order form, in which a coordinate without mass has no velocity. Where E is singular others are
-infinite. T = (F - sigma E)^-1 E has the eigenvalues 1 / (z - sigma), which vanish at infinity, in
-chains where constraints do. A few powers of T leave the right vectors R of the finite roots, those
-of the transposed pencil the left ones L. With L E R = 1 the finite roots are the eigenvalues of
-A = L F R, and dA = L (dF R - dE R A).
+infinite. T = (F - sigma E)^-1 E has the eigenvalues 1 / (z - sigma), zero for infinite roots. With
+constraints these form Jordan chains, so that only a power of T removes them: a few powers leave the
+right vectors R of the finite roots, those of the transposed pencil the left ones L. With L E R = 1
+the finite roots are the eigenvalues of A = L F R, and dA = L (dF R - dE R A).
 
 More powers leave out roots that are far greater than all others, as those of a light mass, whose
 rounding would hide what others do.
@@ -145,7 +145,8 @@ class Condensation:
         masses: Array = np.array(samples)[:, 0]
         if np.array_equal(masses[1:], masses[:-1]):  # M does not vary
             masses = masses[:1]
-        # coordinates without mass at all samples come last, and rows alike
+        # coordinates without mass at all samples come last, and rows alike: `_left` M `_right` is
+        # zero but for its first `_heavy_rows` rows and `_heavy` columns
         self._right, self._heavy = zero_columns_last(np.concatenate(list(masses)))
         transposed = np.concatenate(list(masses.swapaxes(1, 2)))
         left, self._heavy_rows = zero_columns_last(transposed)
@@ -174,7 +175,8 @@ class Condensation:
         if self.size and not all_roots:
             self._leave_fast_roots(roots)
         self.left_out = max(counts) - self.size
-        if self.left_out and (all_roots or not self.size):  # a finite root is lost at a sample
+        # where none may be left out, fewer roots at some samples have become infinite there
+        if self.left_out and (all_roots or not self.size):
             raise MatrixError(THROUGH_INFINITY)
         self._fix_subspaces()
 

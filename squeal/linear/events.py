@@ -9,7 +9,7 @@ One root passes at a zero of its real part, with the derivative from left and ri
 that come close are examined by their mean and the squared half difference d = ((z1 - z2) / 2)^2
 (`local_roots`). On the line they meet where d vanishes; with m the real part of the mean one of
 them passes it where m^2 Re d + (Im d)^2 / 4 - m^4 does: the product of their real parts times what
-does not vanish. Newton's method finds the zero, the errors of the function its interval.
+does not vanish. Newton's method finds the zero; the errors of the function give its interval.
 """
 
 import math

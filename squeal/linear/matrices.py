@@ -488,7 +488,7 @@ def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
 
 
 def rows_coupled_beyond_their_masses(M: Matrix) -> tuple[int, int] | None:
-    """Two rows i, j of a matrix (n, n) with M_ij^2 > M_ii M_jj, if there are any.
+    """Two rows i, j of a matrix (n, n) with M_ij^2 > `MOST_COUPLED` M_ii M_jj, or None.
 
     Then M is not positive semidefinite; without such rows it need not be so either.
     """

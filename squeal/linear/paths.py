@@ -110,8 +110,9 @@ def links(
     order[is_certain] = step.same_mode.argmax(axis=1)[is_certain]
     indistinct: list[list[int]] = []
     if is_doubtful:
-        # the other roots are assigned by slopes, which alone is not certain. It is of two that came
-        # close: their mean is smooth, and the angle of their difference tells which is which
+        # the other roots are assigned by slopes, which alone is not certain. It becomes certain for
+        # two that came close: their mean is smooth, and the angle of their difference tells which
+        # is which
         by_slopes = assigned(step.mismatch[np.ix_(open_before, open_after)])
         order[open_before] = np.where(by_slopes < 0, -1, open_after[by_slopes])
         for pair in _pairs_with_smooth_mean(step, order, open_before.tolist()):

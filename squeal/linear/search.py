@@ -6,7 +6,7 @@ halved and searched again, until the events add up or what remains is known by t
 
 A search has no doubts if the events add up to what grows between them, if every interval is
 narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
-step by interval arithmetic, let roots do no more than its ends tell. Of a plain function nothing is
+step by interval arithmetic, let roots do no more than its ends show. Of a plain function nothing is
 known between the values. Whether an answer is certified is for the referee to say, who counts and
 proves without the roots that are judged (`queries.ranges`). Where a list is refuted, as of a window
 in which a pair changes its partner, the range is searched again.

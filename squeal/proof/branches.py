@@ -257,7 +257,7 @@ class PadBranch:
                 value, change = taylor_coefficients(slope, count=2)
                 J[row, column] = float(value.mid())
                 J_change[row, column] = float(change.mid())
-        # half of a cell that reaches just beyond the highest friction; above 0 also at the end
+        # half the width of a cell that ends just beyond the highest friction; above 0 also there
         to_end = np.inf
         if direction[FRICTION] > 0.0:
             friction_left = max(self.high - point[FRICTION], 0.0)

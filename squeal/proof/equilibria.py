@@ -1,9 +1,9 @@
 """One equilibrium of a pad, enclosed at its friction, and the matrices about it as balls.
 
-A pad that presses lightly on a stiff surface has a penetration that is a small difference of its
-place and of the surface, and near a fold the place hangs on the last digits of the friction:
-doubles know neither. Newton's method at twice their digits finds the place, Krawczyk's operator
-(see `cells`) proves it, and K follows over the whole box around it. Needs python-flint.
+Where a pad presses lightly on a stiff surface its penetration is a small difference of two
+positions, and near a fold its position depends on the last digits of the friction: doubles resolve
+neither. Newton's method with twice their digits finds the equilibrium, Krawczyk's operator (see
+`cells`) proves it, and K follows over the whole box around it. Needs python-flint.
 """
 
 from collections.abc import Sequence

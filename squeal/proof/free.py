@@ -2,9 +2,9 @@
 
 Where K x = 0 for k vectors x, and y' C x has the rank r for the left null vectors y, zero is a
 root 2k - r times (a regular y' M x taken for granted). The entries of y' K x move by at most
-|y|' |dK| |x| with the data, and to first order the roots at zero hang on these numbers alone: they
-are zero within the data where no entry exceeds its bound. In doubles the rounding of the product
-would hide this bound, so that it is taken in long double.
+|y|' |dK| |x| with the data, and to first order the roots at zero depend on these entries alone:
+they are zero within the data where no entry exceeds its bound. In doubles the rounding of the
+product would hide this bound, so that it is taken in long double.
 """
 
 from dataclasses import replace

@@ -1,11 +1,12 @@
 """All roots of a large sparse system in a disc |lambda| <= R, enclosed by a core and a remainder.
 
-Let X and Y (n, k) be real bases of the right and left vectors of K - s M beyond the band, and let
-U and W be the vectors u with u' M X = 0 and w with w' M Y = 0. Between U and W, K has no singular
-value below sigma in the norm of N = M + (a share of the damping): the inertia of a sparse symmetric
-matrix of 2 n rows proves it. The remainder of P(lambda) = lambda^2 M + lambda C + K is then regular
-for |lambda| <= R, and its Schur complement is the core Y' P X with a radius. The enclosure of small
-systems does the rest. `docs/proof.md` derives the bounds.
+Let X and Y (n, k) be real bases of the right and left vectors of K - s M for the eigenvalues of the
+band and some beyond it, and let U and W be the vectors u with u' M X = 0 and w with w' M Y = 0.
+Between U and W, K has no singular value below sigma in the norm of N = M + (a share of the
+damping): the inertia of a sparse symmetric matrix of 2 n rows proves it. The remainder of
+P(lambda) = lambda^2 M + lambda C + K is then regular for |lambda| <= R, and its Schur complement is
+the core Y' P X with a radius. The enclosure of small systems does the rest. `docs/proof.md` derives
+the bounds.
 """
 
 from dataclasses import dataclass

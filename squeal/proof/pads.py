@@ -7,8 +7,8 @@ discriminant; by Orlando's formula it is the product of the sums of all pairs of
 factor. On each part the roots are counted once, by signs of coefficients. det K vanishes where the
 branch turns back.
 
-All that are polynomials of balls along the cells of `branches`. Where their signs stay open the
-cell is narrowed, down to the digits of doubles.
+Along each cell of `branches` all of these are polynomials whose coefficients are balls. Where their
+signs stay open the cell is narrowed, down to the digits of doubles.
 """
 
 import itertools

@@ -2,11 +2,11 @@
 that are rational functions of p.
 
 The determinant, without denominators, is a polynomial in s and p, and each of its irreducible
-factors is e(s^2) + s o(s^2). With the parameter a root of it reaches the imaginary axis only where
-the resultant of e and o vanishes. Without o roots come with their negative at every p, and leave
-the axis only where the discriminant of e vanishes. A root reaches zero where the constant
-coefficient vanishes, and infinity where the leading one does. Between these values of p one number
-of roots grows, which is counted exactly, as it is at those of these values that are doubles.
+factors is e(s^2) + s o(s^2). As p varies, a root of it reaches the imaginary axis only where the
+resultant of e and o vanishes. Without o the roots come in pairs s, -s at every p, and leave the
+axis only where the discriminant of e vanishes. A root reaches zero where the constant coefficient
+vanishes, and infinity where the leading one does. Between these values of p the number of growing
+roots is constant and is counted exactly; it is also counted at those values that are doubles.
 Neither rounding nor ratios of stiffnesses matter.
 """
 

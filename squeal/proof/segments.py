@@ -165,6 +165,7 @@ def near_diagonal(A: Expansion, B: Expansion, half: float, basis: Basis) -> Near
     # With G = G0 + d G1 + d^2 G2 and R = R0 + d R1 + d^2 R2: |G - 1| <= E, and, summed by orders,
     # R - G (S0 + d S1) = (R0 - G0 S0) + d (R1 - G1 S0 - G0 S1) + d^2 (R2 - G2 (S0 + d S1) - G1 S1),
     # at most U, which is summed term by term. G1 below are balls, G2 is the bound of d^2 G2
+    # |G0 - 1|; the radius takes in the rounding of the difference
     E = Balls(G0.mid - np.eye(n), upper(G0.rad + EPS * magnitude(G0.mid), 2)).bound()
     U = R0.minus(G0 @ S0).bound()  # of the order d^0
     if half > 0.0:
