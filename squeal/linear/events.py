@@ -294,7 +294,7 @@ def _root_at_event(
     if guess.coalesces:
         crossing = _coalescing_roots(problem, zero, crosses)
     elif roots.is_single:
-        bound = norm_of(A) + norm_of(derivative) * guess.width
+        bound = norm_of(A) + norm_of(derivative) * guess.width  # of |A| within the guess
         crossing = _single_root(problem, roots, bound)
     else:
         crossing = _crossing_root_of_two(roots)

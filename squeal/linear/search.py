@@ -500,7 +500,7 @@ class _AdaptiveRefinement:
         if bracket is not None:
             low, high, _ = bracket
         interval = beyond_ends(continuation, low, high)
-        value = min((a + b) / 2, continuation.high)
+        value = min((a + b) / 2, continuation.high)  # b may lie a little beyond the range
         event = Event(value, crossing.omega, direction, interval, converged=False)
         return self.snap_to_range_start(event)
 

@@ -79,7 +79,7 @@ class PadProof:
         `proved`, `open` or `refuted`.
     until : float
         The friction up to which the list is proved.
-    places : tuple of (float, float)
+    intervals : tuple of (float, float)
         For each claim up to `until` the interval of friction in which it is proved.
     growth_below : float
         No root beyond those counted grows faster up to `until`, 1/s.
@@ -89,7 +89,7 @@ class PadProof:
 
     status: Literal["proved", "open", "refuted"]
     until: float
-    places: tuple[tuple[float, float], ...] = ()
+    intervals: tuple[tuple[float, float], ...] = ()
     growth_below: float = 0.0
     reason: str = ""
     where: float | None = None
@@ -180,7 +180,7 @@ def prove_pad(
     proof = PadProof(
         status="proved",
         until=comparison.until,
-        places=tuple(comparison.places),
+        intervals=tuple(comparison.intervals),
         growth_below=growth_below if comparison.roots_met else 0.0,
     )
     if problem is None:
@@ -200,7 +200,7 @@ class _BranchComparison:
         The claims beyond what was compared so far.
     until : float
         The friction reached.
-    places : list of (float, float)
+    intervals : list of (float, float)
         The intervals of friction in which claims were met.
     roots_met : bool
         Whether roots meet somewhere without crossing the axis.
@@ -214,7 +214,7 @@ class _BranchComparison:
         self.growth_below = growth_below
         self.unmet = list(claims)
         self.until = 0.0
-        self.places: list[tuple[float, float]] = []
+        self.intervals: list[tuple[float, float]] = []
         self.roots_met = False
         pad = branch.model.pad
         self.mass = (pad.m, pad.m, pad.I)
@@ -223,7 +223,7 @@ class _BranchComparison:
         """Walk along the branch and hold each change of the count of growing roots against the
         printed thresholds.
 
-        Returns what is open or refuted first, None if all is proved. `places`, `until` and
+        Returns what is open or refuted first, None if all is proved. `intervals`, `until` and
         `roots_met` say how far that came. Claims at a fold or beyond it are not judged.
         """
         count: int | None = None  # of growing roots in the last part in which it is known
@@ -296,7 +296,7 @@ class _BranchComparison:
         They agree if the count rises by the sum of the rises claimed, if these have one sign (a
         rise and a fall cancel, so that the count shows neither), if an event with claims is narrow,
         and if within the event no more roots grow faster than `growth_below` than on one of its
-        sides. Agreement moves the claims from `unmet` to `places`.
+        sides. Agreement moves the claims from `unmet` to `intervals`.
         """
         middle = (event.low + event.high) / 2.0
         problem = self._problem_of_passed_claim(event.low)
@@ -319,7 +319,7 @@ class _BranchComparison:
         if not all(self._no_more_grow(part, most) for part in event.open_parts):
             return Problem("open", TOUCHES, middle)
         for claim in claims:
-            self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
+            self.intervals.append((min(event.low, claim.mu), max(event.high, claim.mu)))
         self.unmet = self.unmet[len(claims) :]  # they ascend: these are its first
         if event.open_parts and not claims:  # roots may meet in it, and none crosses
             self.roots_met = True

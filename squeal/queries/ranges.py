@@ -202,7 +202,7 @@ def pad_statement(
         return _with_reason(statement, proof), []
     until = min(proof.until, high)
     statement = replace(statement, status="proved", growth_below=proof.growth_below, until=until)
-    return statement, list(proof.places)
+    return statement, list(proof.intervals)
 
 
 def _rise(crossing: Crossing) -> int:

@@ -159,7 +159,7 @@ def test_the_first_loss_of_stability_of_a_nonlinear_pad_is_proved(digits):
     _, onset = exact.critical(lambda q, mu: discriminant(exact.cubic(q, mu)), guess, 0.3458)
     right = prove_pad(branch(scene, 2.0), [Claim(float(onset), 2)], None, float(onset), 1e-1)
     assert (right.status, right.growth_below, right.until) == ("proved", 0.0, 2.0)
-    ((low, high),) = right.places
+    ((low, high),) = right.intervals
     assert mp.mpf(low) <= onset <= mp.mpf(high)
     assert high - low < 1e-14
 
@@ -210,7 +210,7 @@ def test_invented_thresholds_that_cancel_prove_nothing(rises):
     """A loss and a return beside the true loss leave the count as it is without both."""
     claims = [Claim(0.34586737781, rise) for rise in rises]
     proof = prove_pad(branch(scene_of("b1-a"), 2.0), claims, None, claims[0].mu, 1e-1)
-    assert (proof.status, proof.places) == ("open", ())
+    assert (proof.status, proof.intervals) == ("open", ())
     assert "cancel" in proof.reason
 
 
@@ -281,7 +281,7 @@ def test_a_threshold_within_a_wide_open_interval_is_open(claimed, monkeypatch):
     monkeypatch.setattr(_BranchComparison, "_parts_by_signs", open_between)
     proof = prove_pad(branch(scene_of("b1-a"), 2.0), [Claim(claimed, 2)], None, None, 1e-1)
     assert proof.status == "open"
-    assert not proof.places
+    assert not proof.intervals
 
 
 @pytest.mark.parametrize(("stem", "ratio"), [("b1-a", 0.01), ("b2-a", 0.003), ("b1-d", 0.02)])
