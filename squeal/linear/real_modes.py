@@ -49,7 +49,7 @@ def real_modes(
             squares, modes = _dense_modes(dense(K), dense(M), count)
         else:
             squares, modes = _sparse_modes(K, M, count, ratios)
-    except (np.linalg.LinAlgError, ArpackError, RuntimeError):
+    except (np.linalg.LinAlgError, ArpackError, RuntimeError, ZeroDivisionError):  # no mass at all
         raise InputError(
             "damping.ratios: M must be symmetric and positive semidefinite, and K hold the rows "
             "without mass"

@@ -142,6 +142,15 @@ def test_ratios_of_a_large_system_are_refused_by_what_was_given(monkeypatch, rat
         damped(system, ratios=ratios)
 
 
+@pytest.mark.parametrize("kind", [np.asarray, csc_array])
+def test_ratios_of_a_system_without_any_mass_are_refused(kind):
+    """Which ended in a division by zero: the shift of the pencil is |K| / |M|."""
+    matrices = [Term(kind(X)) for X in (np.zeros((2, 2)), np.eye(2))]
+    system = TermSystem((matrices[0],), (matrices[1],), (matrices[1],))
+    with pytest.raises(InputError, match="M must be"):
+        damped(system, ratios=[0.01])
+
+
 MODULUS = "K: {file: a.mtx, modulus: {file: table.csv}}"
 WRONG = [
     ("C: {file: a.mtx, structural: 0.1}\nK: {file: a.mtx}", TABLE, "structural"),
