@@ -35,7 +35,8 @@ def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArr
     by_size = by_size[stiffness[by_size] > 0.0]
     is_gap = stiffness[by_size[1:]] >= PENALTY * stiffness[by_size[:-1]]
     first_above = 1 + np.flatnonzero(is_gap)  # for each gap, how many rows lie below it
-    # less than half of the rows are supports: below a gap with fewer rows under it lie soft rows
+    # supports are a minority: a gap with fewer rows below it than above divides soft rows from the
+    # others
     first_above = first_above[2 * first_above > by_size.size]
     if not first_above.size:
         return by_size[:0]

@@ -503,9 +503,10 @@ def _growth_rate(spectrum: SpectrumAtParameter, fastest_first: list[int]) -> _Le
         return _Lead(0.0, 0.0, 0.0)
     k = fastest_first[0]
     exponent = spectrum.exponents[k]  # lambda
-    derivative = exponent / spectrum.z[k]  # d lambda / dz, constant
     if spectrum.problem is UNDAMPED:  # z = -lambda^2
-        derivative = -0.5 / exponent
+        derivative = -0.5 / exponent  # d lambda / dz
+    else:  # lambda is a constant times z
+        derivative = exponent / spectrum.z[k]
     return _Lead(
         value=float(exponent.real),
         slope=float((derivative * spectrum.slopes[k]).real),

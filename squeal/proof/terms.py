@@ -158,8 +158,8 @@ class Terms:
         if len(self.C) == 1 and self.C[0].factor is None:
             damping = left.transpose() * _rational(self.balls["C"][0].mid) * right
             of_massless = flint.fmpq_mat(np.array(damping.tolist())[rank:, rank:].tolist())
-            right = right * _below_identity(rank, _null_vectors_last(of_massless)[0])
-            left = left * _below_identity(rank, _null_vectors_last(of_massless.transpose())[0])
+            right *= _below_identity(rank, _null_vectors_last(of_massless)[0])
+            left *= _below_identity(rank, _null_vectors_last(of_massless.transpose())[0])
         separate = self
         nonzeros = np.count_nonzero(right.entries() + left.entries())
         if nonzeros > 2 * self.n:  # else both only sort coordinates: they are separate already
