@@ -57,9 +57,9 @@ def read_abaqus(path: Path) -> MatrixFile | NamedMatrices:
 
 
 def _blocks(text: str) -> list[_Block]:
-    """The matrices in a text, of which each *MATRIX INPUT begins one; the first stands before any.
+    """The matrices in a text: the lines before any keyword, then a block for each *MATRIX INPUT.
 
-    Raises ValueError.
+    Raises ValueError for any other keyword.
     """
     blocks = [_Block()]
     if "*" not in text:
@@ -100,14 +100,17 @@ def _refuse_sizes(first_line: str, positions: NDArray) -> None:
 def _matrix(path: Path, block: _Block) -> MatrixFile:
     """The matrix of a block of the file at `path`, whose rows a file .dof beside it may name.
     Raises ValueError."""
-    text = re.sub(r"(?<=[\d.])[Dd](?=[+-]?\d)", "E", block.entries)  # of Fortran
+    # Fortran writes 1.5D+03 for 1.5E+03
+    text = re.sub(r"(?<=[\d.])[Dd](?=[+-]?\d)", "E", block.entries)
     lines = [line for line in io.StringIO(text) if line.strip()]
+    # 3: row, column, value; 5: node and degree of freedom of the row and of the column, value
     width = len(lines[0].split())
     if width not in (3, 5):
         raise ValueError(
             f"{width} columns; 3 or 5 are read, decimals behind a point. A full table is read as "
             ".npy of NumPy"
         )
+    # positions (lines, 2) or (lines, 4): the whole numbers before the value
     positions, columns = read_columns(io.StringIO(text), width - 1, 1)
     if width == 3 and not block.keywords:
         _refuse_sizes(lines[0], positions)
@@ -119,14 +122,17 @@ def _matrix(path: Path, block: _Block) -> MatrixFile:
     if scale:
         factor = float(scale[1])
         values = factor * values
-        if decimals is not None and factor:  # a factor of 10^k leaves k decimals less
+        # rounding errors are scaled, too: 0.001234 +- 5e-7 times 100 is 0.1234 +- 5e-5, which has
+        # 4 decimals instead of 6; a factor between powers of ten counts as the next higher power
+        if decimals is not None and factor:
             decimals -= math.ceil(math.log10(abs(factor)))
+        # 1.00 +- 0.005 times 9 is 9.00 +- 0.045: a product may have one significant digit less
         if digits is not None:
-            digits -= 1  # relative to its first digit a product may be known to one digit less
+            digits -= 1
     symmetric = None  # where no keyword says so
     kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", block.keywords)
     if kind:
-        symmetric = kind[1] is None  # no UN before it
+        symmetric = kind[1] is None  # kind[1] is UN of UNSYMMETRIC
     if width == 5:
         labelled = labelled_matrix(path, positions, values, symmetric, digits)
         return replace(labelled, decimals=decimals)

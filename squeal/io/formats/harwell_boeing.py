@@ -76,16 +76,17 @@ def _read_fields(lines: list[str], fortran_format: str, count: int) -> tuple[lis
         raise ValueError(
             f"the format {fortran_format.strip()} is not read; (8I10) and (3D24.16) are"
         )
+    # (8I10): 8 in a line, of 10 characters each; (I10): 1 in a line
     per_line = max(1, min(int(edit[1] or 1), count))
     width = int(edit[2])
     line_count = math.ceil(count / per_line)
     used = [line.upper().replace("D", "E") for line in lines[:line_count]]
     too_few = f"fewer numbers than the {count} of the header"
-    letters = sum(map(len, used))  # a field has at least one
-    if line_count > len(lines) or count > letters:
+    character_count = sum(map(len, used))  # a field has at least one
+    if line_count > len(lines) or count > character_count:
         raise ValueError(too_few)
     fields = " ".join(used).split()
-    if len(fields) != count:  # fields touch each other, and are told apart by their width
+    if len(fields) != count:  # no blanks between some fields: split by their width
         line_width = per_line * width
         text = "".join(line[:line_width].ljust(line_width) for line in used)
         fields = [text[start : start + width].strip() for start in range(0, count * width, width)]

@@ -202,10 +202,11 @@ def _integers(indices: NDArray) -> NDArray[np.int64]:
 def _struct(
     parts: list[_Element], order: str, full_name: str, count: int
 ) -> Iterator[tuple[str, Matrix]]:
-    """Names and matrices in the fields of `count` structs. Raises ValueError, LookupError.
+    """Names and matrices in the fields of an array of `count` structs, named `full_name`.
 
     `parts` are the width of a name, the names padded to it, and the fields, those of the first
-    struct first.
+    struct first. `order` of bytes is < or >. Structs within more than `NESTED` others are left
+    out. Raises ValueError, LookupError.
     """
     name_width, padded_names, *fields = parts
     width = int(np.frombuffer(name_width.data, f"{order}i4")[0])
@@ -221,6 +222,7 @@ def _struct(
         return
     for i, field in enumerate(fields):
         member, key_index = divmod(i, len(keys))
+        # model(2).K for the field K of the second struct, model.K for that of a single one
         member_name = f"{full_name}({member + 1})" if count > 1 else full_name
         if field.kind == ElementType.MATRIX and field.data:
             yield from _array(field.data, order, f"{member_name}.{keys[key_index]}")

@@ -123,6 +123,8 @@ def read_columns(
         try:
             table = np.atleast_1d(np.loadtxt(lines, columns, comments=None))
         except ValueError as error:
+            # NumPy: "the dtype passed requires 3 columns but 2 were found at row 5; use ..." or
+            # "could not convert string 'x' to int64 at row 0, column 1."
             reason = str(error).partition(";")[0].replace("the dtype passed requires ", "")
             raise ValueError(reason.replace("int64", "whole numbers")) from None
     empty = np.empty((len(table), 0))
@@ -186,12 +188,13 @@ def labelled_matrix(
     if freedoms.min() < 0:
         raise ValueError("degrees of freedom must be at least 0")
     base = int(freedoms.max()) + 1
-    codes = (nodes * base + freedoms).T  # (2, entries), one whole number for each label
+    # (2, entries), one whole number for each label, sorted like the labels; divmod inverts it
+    codes = (nodes * base + freedoms).T
     sorted_codes = np.sort(codes, axis=None)  # np.unique hashes, which takes twice as long
-    is_first = np.diff(sorted_codes, prepend=sorted_codes[0] - 1) > 0
+    is_first = np.diff(sorted_codes, prepend=sorted_codes[0] - 1) > 0  # of equal codes
     label_codes = sorted_codes[is_first]
     labels = tuple(divmod(code, base) for code in label_codes.tolist())
-    indices = np.searchsorted(label_codes, codes)
+    indices = np.searchsorted(label_codes, codes)  # (2, entries): rows and columns
     matrix, assumptions = sum_entries(path, indices, values, (len(labels), len(labels)))
     return MatrixFile(matrix, labels, symmetric=symmetric, digits=digits, assumptions=assumptions)
 

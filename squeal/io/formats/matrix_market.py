@@ -33,7 +33,8 @@ def read_matrix_market(path: Path) -> MatrixFile:
     """
     with path.open(encoding="utf-8-sig", errors=ANY_LETTERS) as stream:
         first_line = stream.readline()
-        banner = [*first_line.lower().split(), "", "", "", "", ""]  # may be cut off
+        # padded: a line that was cut off has fewer than five words
+        banner = [*first_line.lower().split(), "", "", "", "", ""]
         kind, layout, entry_type, symmetry = banner[1:5]
         if banner[0] != "%%matrixmarket":
             shown = "empty"

@@ -123,13 +123,14 @@ def _dmig_entries(name: str, cards: list[list[str]]) -> list[tuple[str, ...]]:
     """The six fields of each entry of a matrix, from the cards of its columns.
 
     They are node and degree of freedom of the row, the same of the column, real and imaginary part.
+    A card holds: name, node and degree of freedom of the column, an empty field; then four fields
+    for each entry, which are node and degree of freedom of the row, real and imaginary part.
     """
     entries: list[tuple[str, ...]] = []
     for card in cards:
-        if card[0] != name or card[1] == "0":
+        if card[0] != name or card[1] == "0":  # 0: the head of a matrix
             continue
         column = (card[1], card[2] or "0")
-        # behind an empty field four fields for each entry
         for start in range(4, len(card) - 3, 4):
             row_node, row_freedom, real, imaginary = card[start : start + 4]
             if row_node:
