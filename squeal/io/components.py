@@ -5,7 +5,7 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import product, zip_longest
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -124,7 +124,7 @@ def assembly_file(
     read_component: Callable[[Path], SystemFile],
     band: tuple[float, float] | None,
 ) -> SystemFile:
-    """The components and the contact of a file, reduced and seated, as a system.
+    """The components and the contact of a file, reduced and in static contact, as a system.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def assembly_file(
     read_component : callable
         Reads the system file of a component, which may be an assembly itself.
     band : (float, float) or None
-        Frequencies (Hz) of the question, whose upper end sets the cutoff of a file without one.
+        Frequencies (Hz) that are analysed, whose upper end sets the cutoff of a file without one.
 
     Raises
     ------
@@ -168,8 +168,9 @@ def assembly_file(
     def join(bodies: Sequence[Component], values: Parameters, cutoff: float | None) -> Assembly:
         """Join components, reduced or not, in contact at some values of the parameters.
 
-        `joined_at` of the result joins them at other values: the components that are reduced here
-        are kept, and loads, contacts and the seat are made anew. cutoff (Hz): None reduces nothing.
+        `joined_at` of the result joins them at other values: it reuses the components that are
+        reduced here, and makes loads, contacts and the static contact solution anew. cutoff (Hz):
+        None reduces nothing.
         """
         contacts = []
         for number, contact in enumerate(keys["contact"], 1):
@@ -191,7 +192,8 @@ def assembly_file(
 
         return replace(assembly, joined_at=join_at)
 
-    # a formula of a load or a contact may name a parameter that no matrix depends on
+    # parameters that a matrix depends on, or that stand in a formula of a load or a contact: every
+    # word in the keys of components and contacts may be one of those
     in_use = {*ASSEMBLY_DEFAULTS, keys.get("parameter")}
     in_use.update(re.findall(r"\w+", f"{keys['components']} {keys['contact']}"))
     in_use.update(*(body.system.names for body in all_bodies))
@@ -307,11 +309,11 @@ def _component(
 def _loaded_anew(
     body: Component, load: Document | None, at: Place, values: Parameters, new_values: Parameters
 ) -> Component:
-    """A component that was loaded at some `values`, under its load at new ones.
+    """A component that was loaded at the parameters `values`, with its load at `new_values`.
 
-    Only the factor of the load depends on parameters; the body may be reduced, so that its load is
-    multiplied by the ratio of both factors. load: the keys of the load, None without one. Raises
-    InputError.
+    Of the load only its factor depends on parameters. The body may be reduced, and its load with
+    it: the load is multiplied by the new factor over the old one, not read again. load: the keys of
+    the load, None without one. Raises InputError.
     """
     if load is None:
         return body
@@ -429,20 +431,21 @@ def _table_of_pairs(path: Path) -> dict[str, Any]:
 
 
 def _numbers(lines_of_rows: Sequence[Sequence[Line]], heads: Sequence[str]) -> NDArray[np.float64]:
-    """The numbers (rows, heads) in some columns of a table.
+    """The numbers (rows, heads) in the columns `heads` of a table.
 
-    A row may have several lines, which repeat the cells of the first or leave them empty. Raises
-    InputError.
+    A row may have several lines: the first has the numbers, the others repeat them or have empty
+    cells. Raises InputError.
     """
     rows = []
-    for lines in lines_of_rows:
-        row: dict[str, float] = {}
-        for line, head in product(lines, heads):
-            at = line.at / head
-            number = number_in(line.cells[head].strip() or lines[0].cells[head], at)
-            if number != row.setdefault(head, number):
-                raise at.refuse(f"{number:g} is not allowed; the first line has {row[head]:g}")
-        rows.append(list(row.values()))
+    for first_line, *other_lines in lines_of_rows:
+        row = [number_in(first_line.cells[head], first_line.at / head) for head in heads]
+        for line in other_lines:
+            for head, first in zip(heads, row, strict=True):
+                at = line.at / head
+                number = number_in(line.cells[head].strip() or first_line.cells[head], at)
+                if number != first:
+                    raise at.refuse(f"{number:g} is not allowed; the first line has {first:g}")
+        rows.append(row)
     return np.array(rows)
 
 
@@ -495,10 +498,12 @@ def _nodes_of_points(
 
 
 def write_points(path: Path, contact: Contact) -> None:
-    """The points of a contact between faces as the table that `pairs` names.
+    """Write the points of a contact between faces as the table that the key `pairs` names.
 
-    A point has as many lines as the side of more nodes; what is known of the point stands in each.
-    The weight of nodes that do not move stands beside no node, so that all weights add up to 1.
+    A line holds a node of either side with its weight. A point of 1 node on the first side and 4 on
+    the second one has 4 lines, with blank cells for the first side in three; each line repeats
+    area, normal and place of the point. Nodes that do not move are no nodes of the component: their
+    common weight has a line with a blank node, so that the weights of a side add up to 1.
     """
     points = contact.pairs
     rows: list[list[object]] = []

@@ -200,9 +200,10 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]]) -
 def _rows_by_labels(
     at: Place, names: Sequence[str], labels: Sequence[tuple[int, int]]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Node and direction of each row from its label.
+    """Node (an index into `names`) and direction of each row, from its label (node, freedom).
 
-    Raises InputError where no node of the labels has a line in the table.
+    names: of the nodes in the table at `at`; those of internal nodes, below zero, are in no table.
+    Warns of other nodes without a line there. Raises InputError if none has one.
     """
     index_of_name = {name: i for i, name in enumerate(names)}
     needed = {node for node, _ in labels if node > 0}
@@ -217,7 +218,8 @@ def _rows_by_labels(
     for node, freedom in labels:
         index = index_of_name.get(str(node))
         is_displacement = index is not None and 1 <= freedom <= 3
-        nodes.append(index or 0)  # a node without a line: any, since nothing moves it
+        # node 0 stands for a node without a line: a row of NO_DIRECTION moves no node
+        nodes.append(index or 0)
         directions.append(freedom - 1 if is_displacement else NO_DIRECTION)
     return np.array(nodes), np.array(directions)
 
@@ -229,18 +231,19 @@ def read_elements(path: Path, coordinates: Coordinates) -> Coordinates:
     """
     _, lines = read_table(path, ("element", "type"))
     index_of_name = {name: i for i, name in enumerate(coordinates.names)}
-    cells: dict[str, tuple[str, Corners]] = {}
+    elements: dict[str, tuple[str, Corners]] = {}  # kind and nodes (indices) by name
     for line in lines:
         name = line.cells["element"].strip()
         kind, nodes = _element(line, index_of_name)
         count = len(nodes)
-        if len(set(nodes)) < count or not name or name in cells:
+        node_repeats = len(set(nodes)) < count
+        if node_repeats or not name or name in elements:
             raise line.at.refuse(f"an element named once and {count} different nodes are needed")
-        cells[name] = (kind, nodes)
+        elements[name] = (kind, nodes)
     return replace(
         coordinates,
-        cells=tuple(cells.values()),
-        elements=tuple(cells),
+        cells=tuple(elements.values()),
+        elements=tuple(elements),
         elements_file=path,
     )
 

@@ -15,7 +15,7 @@ from squeal.io.formats.matrix_file import Labels, MatrixFile, has_internal_nodes
 from squeal.linear.matrices import EPS, Matrix
 from squeal.schema import Place
 
-FREE_MOTION = 1e-8  # of the diagonal: pivots below are those of a free body
+FREE_MOTION = 1e-8  # of the diagonal: smaller pivots are those of rigid-body motions
 ONE_SIDED = "no entry has another one on the other side of the diagonal"
 
 
@@ -193,9 +193,9 @@ def _refuse_one_sided(at: Place, completed: csc_array, labels: Labels) -> None:
     """Refuse half a matrix that may be the half of an unsymmetric one, as CalculiX writes it.
 
     It is refused if the input file beside it has friction, or if the completed matrix has negative
-    eigenvalues, which no stiffness or mass of a structure has. Matrices with internal nodes, whose
-    numbers are below zero, may have some: in Abaqus these hold Lagrange multipliers. Raises
-    InputError.
+    eigenvalues, which no stiffness or mass of a structure has. The eigenvalues of a matrix with
+    internal nodes (labels below zero) are not checked: in Abaqus these nodes hold Lagrange
+    multipliers, which make eigenvalues negative. Raises InputError.
     """
     advice = (
         "friction makes a stiffness unsymmetric, and CalculiX writes one half of it. Export the "
@@ -220,11 +220,13 @@ def _refuse_one_sided(at: Place, completed: csc_array, labels: Labels) -> None:
 def negative_pivots(matrix: csc_array) -> int:
     """The number of negative eigenvalues of a symmetric sparse matrix, by the signs of its pivots.
 
-    They are as many by Sylvester's law of inertia. Those within 1e-8 of the diagonal are taken for
-    the zeros of a free body.
+    With all pivots on the diagonal LU is L D L^T with D, the pivots, on the diagonal of U. By
+    Sylvester's law of inertia D has as many negative entries as the matrix negative eigenvalues.
     """
     from scipy.sparse.linalg import splu
 
+    # rigid-body motions of a free body have eigenvalues of 0, with rounding of either sign: the
+    # shift makes them positive
     shift = diags_array(FREE_MOTION * np.abs(matrix.diagonal()))
     try:
         factors = splu(

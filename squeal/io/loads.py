@@ -84,6 +84,7 @@ def _deck_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray
     for line in lines:
         if line.step != lines[0].step:
             raise line.at.refuse("a second step with loads; a deck with those of one is needed")
+        # OP=NEW or MOD says what becomes of loads of earlier steps; there are none
         options = [option for option in line.keyword[1:] if not option.startswith("OP")]
         if options:
             raise line.at.refuse(f"{options[0]} is not read; a load without it is needed")

@@ -89,7 +89,7 @@ def read_matrix(
     return replace(
         file,
         matrix=matrix,
-        symmetric=False,
+        symmetric=False,  # completed: no entry stands for another one any more
         form=name,
         assumptions=assumptions,
         floats=file.floats or short_floats(file.matrix),
@@ -214,9 +214,11 @@ def aligned(files: Sequence[MatrixFile]) -> list[csc_array]:
     """The matrices on common rows: by their labels where they have them, else as they stand.
 
     A matrix whose file does not tell its size gets the size of the largest; matrices with labels
-    are placed among all (node, degree of freedom) that occur. Raises InputError if matrices with
-    and without labels meet, or if rows of one are told apart by their numbers alone (`numbered`)
-    and labels differ.
+    are placed among all (node, degree of freedom) that occur.
+
+    Raises InputError if only some matrices have labels. It also raises InputError if labels differ
+    and some rows have a row number in place of a node (`MatrixFile.numbered`): another file may
+    mean another row by the same number.
     """
     if not any(file.labels for file in files):
         return _at_common_size(files)

@@ -314,9 +314,11 @@ def check_simulation(scene: Scene) -> None:
         raise (at / "time").refuse(
             "missing; a simulation needs it, such as {stop: 0.05, samples: 5001}"
         )
-    if pad.fall is not None and scene.initial[3] >= cast(float, pad.V):
+    x_dot = scene.initial[3]
+    # the law of friction that falls with speed holds for a sliding speed V - x_dot above 0
+    if pad.fall is not None and x_dot >= cast(float, pad.V):
         words = f"below V = {pad.V:g} where friction falls with speed"
-        raise (at / "initial" / "x_dot").must_be(scene.initial[3], words)
+        raise (at / "initial" / "x_dot").must_be(x_dot, words)
     forces = [output for output in ("extrema", "history") if output in scene.outputs]
     if forces and pad.F_n == 0.0:
         words = f"above 0 for the output {forces[0]}, which gives forces over F_n"

@@ -231,11 +231,11 @@ def _make_terms(
     folder: Path,
     parameter: str,
 ) -> _MadeTerms:
-    """The terms of the system from the keys of each term, its matrix and the file of that.
+    """The terms of the system from the keys of each term, its matrix and the file of that matrix.
 
-    terms, matrices and files have one entry a term; the matrices stand on common rows. Terms of C
-    that damping of terms makes are added. Raises InputError, also where a matrix has not the rows
-    of the first one, of M.
+    terms, matrices and files have one entry for each term of the file, those of M first. Terms of C
+    that the damping of single terms makes are added. Raises InputError, also if a matrix has
+    another number of rows than the first one.
     """
     rows = matrices[0].shape[0]
     made = _MadeTerms({part: [] for part in PARTS}, [], TermDamping())
@@ -308,7 +308,7 @@ def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:
     A file that several terms name is read once. Raises InputError.
     """
     opened: OpenedFiles = {}
-    read: dict[tuple[str, str | None, bool | None], MatrixFile] = {}
+    file_of_request: dict[tuple[str, str | None, bool | None], MatrixFile] = {}
     files = []
     for term in terms:
         if "matrix" in term.keys:
@@ -319,11 +319,12 @@ def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:
         symmetric = term.keys.get("symmetric")
         request = (name, key, symmetric)
         here = term.at / "file"
-        if request not in read:
+        if request not in file_of_request:
             with here.prefixing_errors():
-                read[request] = read_matrix(folder / name, key, symmetric, opened)
-        file = read[request]
-        if symmetric and formula_of(term).names and not file.matrix.diagonal().any():
+                file_of_request[request] = read_matrix(folder / name, key, symmetric, opened)
+        file = file_of_request[request]
+        parameters = formula_of(term).names  # mu, if it is a friction term
+        if symmetric and parameters and not file.matrix.diagonal().any():
             here.warn(
                 f"{name} has an empty diagonal, as friction has, and symmetric: true takes each of "
                 "its entries for both (of friction symmetric: false is right)"

@@ -44,8 +44,8 @@ def read_table(path: Path, names: Sequence[str]) -> tuple[Place, list[Line]]:
     Parameters
     ----------
     path : Path
-        A .csv file; or an input file (.inp), of which the lines below *NODE or *ELEMENT are read,
-        whichever the first of the names says.
+        A .csv file or an input file (.inp). Of an input file the lines below *NODE are read if the
+        first of `names` is "node", else the lines below *ELEMENT.
     names : sequence of str
         Columns that the table must have.
 
@@ -56,7 +56,7 @@ def read_table(path: Path, names: Sequence[str]) -> tuple[Place, list[Line]]:
     at = Place(str(path))
     if path.suffix.lower() == ".inp":
         return at, list(_deck_table(path, names))
-    rows: list[tuple[Place, list[str]]] = []
+    rows: list[tuple[Place, list[str]]] = []  # lines that are not empty, with their places
     table = csv.reader(_text_lines(path, at))
     try:
         for cells in table:
@@ -65,15 +65,16 @@ def read_table(path: Path, names: Sequence[str]) -> tuple[Place, list[Line]]:
     except csv.Error as error:
         raise at.refuse(f"no table of comma-separated values: {error}") from None
     heads = []
-    for _, cells in rows[:1]:
-        heads = [cell.strip().lower() for cell in cells]
+    if rows:
+        _, first_cells = rows[0]
+        heads = [cell.strip().lower() for cell in first_cells]
     for name in names:
         if name not in heads:
             raise at.refuse(
                 f"no column {name}; the first line of a .csv file must name, with commas, "
                 f"{', '.join(names)}"
             )
-    for name in filter(None, heads):
+    for name in filter(None, heads):  # columns without a name may be several
         if heads.count(name) > 1:
             raise at.refuse(f"{heads.count(name)} columns {name}; one is allowed")
     lines = []
@@ -185,12 +186,12 @@ class DeckLine(NamedTuple):
 def deck_lines(path: Path) -> Iterator[DeckLine]:
     """The lines of data of an input file of Abaqus or CalculiX and of the files that it includes.
 
-    An element whose nodes go on in the next lines, each line of which ends with a comma, is one
-    line. Warns of keywords that tie or turn rows, and raises InputError for keywords that make
-    nodes and elements or local axes.
+    The nodes of an element may fill several lines, each but the last ending with a comma: they are
+    joined to one line here. Warns of keywords that tie or turn rows. Raises InputError for keywords
+    that generate nodes and elements or set local axes, and for an element that is cut off.
     """
     file = Place(str(path))
-    keyword = [""]
+    keyword = [""]  # none yet
     step = 0
     unfinished = ""  # the lines so far of an element whose nodes go on in the next line
     for at, line in _with_included(path):
@@ -240,12 +241,12 @@ def _check_keyword(keyword: Sequence[str], file: Place, at: Place) -> None:
 def _deck_table(path: Path, names: Sequence[str]) -> Iterator[Line]:
     """The nodes or the elements of an input file of Abaqus or CalculiX as lines of a table.
 
-    names: the columns that are needed, "node" first for the lines below *NODE, else those below
-    *ELEMENT are read. Missing coordinates are 0; elements without faces, such as springs, are left
-    out. Raises InputError.
+    names: the columns that are needed. If the first one is "node", the lines below *NODE are read,
+    else those below *ELEMENT. Missing coordinates are 0; elements without faces, such as springs,
+    are left out. Raises InputError.
     """
     keyword = "*ELEMENT"
-    heads = ["element", "type", *map(str, range(MOST_NODES))]
+    heads = ["element", "type", *map(str, range(MOST_NODES))]  # nodes in the columns 0, 1, ...
     if names[0] == "node":
         keyword = "*NODE"
         heads = ["node", "x", "y", "z"]

@@ -49,7 +49,7 @@ def terms_of(system: Document, at: Place, parameter: str) -> list[TermKeys]:
     terms = []
     for part in PARTS:
         terms += _terms_of_part(part, system.get(part, ()), at / part)
-        names = [name for name in POWERS if name[0] == part]
+        names = [name for name in POWERS if name[0] == part]  # K0, K1, ... of K; none of M
         for power, name in enumerate(names):
             if name in system:
                 factor = f"{parameter}**{power}" if power else "1"
@@ -100,9 +100,8 @@ def factor_of(
 
 
 def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulus:
-    """The complex modulus over the frequency that multiplies a term, from its table.
-
-    formula: multiplies it too. Raises InputError.
+    """The factor of a term that has the key `modulus`: a complex modulus over frequency, from a
+    table, times a formula. Raises InputError.
     """
     source = folder / term.keys["modulus"]["file"]
     columns = ("frequency", "storage")
@@ -116,10 +115,10 @@ def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulu
 
 
 def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -> Tabulated:
-    """The quantity over a parameter that multiplies a term, from a column of its table.
+    """The factor of a term that has the key `table`: a column of the table times a formula.
 
-    formula: multiplies it too; parameter: the one that is swept, over which a table is unless it
-    says otherwise. Raises InputError.
+    parameter: the one that is swept; the column is given over it unless the key `over` of the
+    table names another one. Raises InputError.
     """
     here = term.at / "table"
     if term.part not in ("C", "K"):

@@ -52,12 +52,13 @@ def _refused_by_system(path: Path) -> Iterator[None]:
 def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> None:
     """Write a file under another name and rename it when it is complete.
 
-    A file that it replaces leaves it its permissions. write: is called with the open file. Raises
-    InputError if it cannot be written, also where the name is that of a pipe or a device; nothing
-    of it is left then.
+    It gets the permissions of a file that it replaces. write: is called with the open file. Raises
+    InputError if the file cannot be written or `path` is a pipe or a device; no unfinished file is
+    left then.
     """
     target = Path(os.path.realpath(path))  # behind a link, also one to no file
-    unfinished = target.with_name(f".{token_hex(8)}")  # not longer than any name may be
+    # 17 characters: with a suffix to `path` the name could become longer than systems allow
+    unfinished = target.with_name(f".{token_hex(8)}")
     with _refused_by_system(path):
         if target.exists() and not target.is_file():
             raise OSError("is no plain file")
@@ -654,7 +655,7 @@ class Answer(ABC):
     def save(self, path: Path | str, **drawn: Any) -> None:
         """Write the table as CSV or JSON, or the figure as PDF, PNG or SVG, by the end of the name.
 
-        drawn: what `plot` takes of whole figures. Raises InputError.
+        drawn: what `plot` takes for whole figures, such as shape=3. Raises InputError.
 
         Examples
         --------
