@@ -201,8 +201,9 @@ class Reply:
     """What a command answers: an object for --json and a text for people, made only when wanted.
 
     inputs: the files behind it, for its provenance, of a command without a scene.
-    warnings: why the equilibria behind it are none that the model means, None without equilibria;
-    the object gains the key `admissible`, unless it has one.
+    warnings: why the model does not admit the equilibria behind the answer, empty if it admits them
+    and None without equilibria. Unless it is None, the object gains the key `admissible`, true for
+    an empty one.
     """
 
     data: Callable[[], JsonObject]
@@ -260,7 +261,7 @@ class Parser(argparse.ArgumentParser):
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        self.color = False  # `printed` would show its control characters
+        self.color = False  # Python 3.14 colours help by control characters, which `printed` shows
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -50:1000:0:2e4 is a value too
         self.register("action", None, Once)
         self.set_defaults(typed={})  # options as they were typed, by name
@@ -330,12 +331,12 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
     """Run a command; the exit code 0, or 1 where the answer cannot be printed.
 
     module: that of the command, whose docstring describes it. Its function `options` has added the
-    options to the parser; its function `run` makes the reply from the arguments, which gain the
-    Source of a scene as `source`. Raises InputError and what the command raises.
+    options to the parser; its function `run` makes the reply from the arguments. `_reply` adds the
+    Source of a scene to them as `given.source`. Raises InputError and what the command raises.
     """
     given = parser.parse_args(arguments)
     has_scene = "scene" in given
-    given_warnings: list[str] = []
+    shown_warnings: list[str] = []  # on any subject, those of the reply among them
 
     def warn_once(
         message: Warning | str, category: type[Warning], *_: object, **__: object
@@ -343,8 +344,8 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
         text = str(message)
         if issubclass(category, RuntimeWarning):  # NumPy's of overflow and the like
             text += f"; {BEYOND}"
-        if text not in given_warnings:
-            given_warnings.append(text)
+        if text not in shown_warnings:
+            shown_warnings.append(text)
             say(f"squeal: warning: {text}")
 
     with warnings.catch_warnings():
@@ -358,7 +359,7 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
         if reply.warnings is not None:
             answer["admissible"] = not reply.warnings
         answer |= reply.data()
-    answer["warnings"] = given_warnings
+    answer["warnings"] = shown_warnings
     inputs = reply.inputs
     if has_scene:
         inputs = given.source.inputs

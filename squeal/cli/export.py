@@ -91,22 +91,21 @@ def run(given: argparse.Namespace) -> Reply:
 def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
     """The matrices of a pad about its equilibrium."""
     name = given.source.name
-    scene_name = f"{name}, a scene with six roots"
-    refuse(given, "method", "band", "region", "values", beside=scene_name)
+    refuse(given, "method", "band", "region", "values", beside=f"{name}, a scene with six roots")
     analysis = analyse(scene)
     doubt: str = analysis.doubt  # why nothing about the matrices is certified; "" if it may be
-    radii: tuple[Any, ...] | None = None  # errors of M, C and K; None if not known
+    # bounds (3, 3) of the errors of each entry of M, C and K; None if not known
+    radii: tuple[Any, ...] | None = None
     if analysis.errors is not None:
         radii = data_of_pad(scene, analysis).radii
-    if radii is not None and not np.isfinite(radii).all():  # no file holds such errors
+    if radii is not None and not np.isfinite(radii).all():  # a file holds finite bounds alone
         doubt = "the errors of an entry are not known"
         radii = None
     parts: list[tuple[Term, ...]] = []
     for X, errors in zip(analysis.matrices, radii or (None, None, None), strict=True):
         parts.append((Term(X, digits=DIGITS, errors=errors),))
     mass, damping, stiffness = parts
-    _, C, _ = analysis.matrices
-    if not C.any():
+    if not analysis.matrices.C.any():
         damping = ()
     system = squeal.System(mass, damping, stiffness, name=Path(name).stem)
     if doubt:

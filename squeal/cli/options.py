@@ -187,8 +187,8 @@ class Grouped(Protocol):
 class Once(argparse.Action):
     """Reads a value, keeps the option as typed, and refuses a second one, also under another name.
 
-    `typed` of the namespace holds each option as typed, such as "--max 0.5": by what it sets, the
-    argument that refusals of the library name, and by each of its names.
+    `typed` of the namespace holds each option as typed, by its `dest` and by each of its names:
+    "--max 0.5" stands under high and max. A refusal of the library names its argument, high.
     """
 
     def __init__(self, *arguments: Any, read: Read = lambda text: text, **options: Any) -> None:
@@ -203,7 +203,7 @@ class Once(argparse.Action):
         text: Any,
         option: str | None = None,
     ) -> None:
-        """Read the value, and set it under `dest`.
+        """Read the value, and set it under `dest`; `option` is the name that was typed.
 
         Raises InputError if the option was given before, or its text is not allowed.
         """
@@ -321,7 +321,8 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
         at = Place(as_typed(given, name))
         if heads and path.suffix not in heads:
             raise at.refuse(f"the name must end in {' or '.join(heads)}")
-        target = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads
+        # where a link leads, also one to no file yet; of links in a circle it is still a link
+        target = Path(os.path.realpath(path))
         if target.is_symlink() or (target.exists() and not target.is_file()):
             raise at.refuse("is no plain file; the name of a file is allowed")
         if not os.access(target.parent, os.W_OK):

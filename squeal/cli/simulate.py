@@ -14,7 +14,7 @@ from squeal.cli.streams import counter
 from squeal.io.scene import OUTPUTS, Scene, check_simulation
 from squeal.simulation.run import simulate
 
-LEAST = 4_000  # samples of a picture
+FIGURE_INTERVALS = 4_000  # between samples, at least: fewer would draw another motion
 
 
 def options(parser: Parser) -> None:
@@ -35,26 +35,28 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene, simulate it, write the files that are requested.
 
-    Files may need outputs and samples that the scene does not name: they are computed, and left out
-    of the answer.
+    A table needs the history, a figure all outputs and more samples. What the scene does not name
+    is computed for these files and left out of the answer.
     """
     scene = given.source.scene()
     check_simulation(scene)
     outputs = scene.outputs
-    intervals = (scene.samples or 2) - 1  # between the samples of the history; one without samples
+    # between the samples of the history; one, from start to end, if the scene names no samples
+    intervals = (scene.samples or 2) - 1
     refinement = 1  # into how many parts each interval is divided for the figure
     if given.table is not None:
         outputs = (*scene.outputs, "history")
     if given.figure is not None:
         outputs = OUTPUTS
-        refinement = math.ceil(LEAST / intervals)  # few samples would draw another motion
+        refinement = math.ceil(FIGURE_INTERVALS / intervals)
     task = dataclasses.replace(scene, outputs=outputs, samples=intervals * refinement + 1)
     show = counter("per cent")
+    # simulate reports the share of the time that it has reached, from 0 to 1
     motion = simulate(task, given.integrator, lambda share: show(round(100 * share), 100))
     if given.figure is not None:
         name = given.source.name.removesuffix(".yaml")
         motion.save(given.figure, name=name, scene=scene, inputs=given.source.inputs)
-    if motion.history is not None:  # again at the samples of the scene alone
+    if motion.history is not None:  # of the refined samples only those of the scene
         history = {name: column[::refinement] for name, column in motion.history.items()}
         motion = dataclasses.replace(motion, history=history)
     if given.table is not None:
@@ -68,7 +70,7 @@ def run(given: argparse.Namespace) -> Reply:
 
 
 def _start_warnings(scene: Scene) -> tuple[str, ...] | None:
-    """What speaks against the equilibrium that the motion starts from; None without one."""
+    """The warnings of the equilibrium that the motion starts from; None if it starts elsewhere."""
     if scene.start != "equilibrium":
         return None
     from squeal.equilibrium import sliding_equilibrium  # a motion from elsewhere needs none
