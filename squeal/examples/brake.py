@@ -99,7 +99,7 @@ class SolidBrake:
 def _grid(
     radii: NDArray, angles: NDArray, heights: NDArray, closed: bool
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Make a grid of nodes over cylindrical coordinates r, phi, z.
+    """Make a grid of nodes over cylindrical coordinates r (m), phi (rad), z (m).
 
     closed: the last angle is joined to the first one by a further row of cells.
 
@@ -118,10 +118,10 @@ def _grid(
     coordinates = np.array([(r * np.cos(phi)).ravel(), (r * np.sin(phi)).ravel(), z.ravel()])
     corners = []
     for to_r, to_phi, to_z in CORNERS:
-        # at the index of each node the number of the node that lies by these steps further on
+        # shifted[i, j, k] is numbers[i + to_r, j + to_phi, k + to_z], counted cyclically
         shifted = np.roll(numbers, (-to_r, -to_phi, -to_z), axis=(0, 1, 2))
-        # a cell begins at each node but the last ones of an axis; around a closed ring it begins at
-        # the last angle, too, and `np.roll` gives it the first angle as its end
+        # a cell begins at each node except the last one along each axis; on a closed ring a cell
+        # also begins at the last angle, and ends at the first one because `np.roll` is cyclic
         of_cells = shifted[:-1, :, :-1] if closed else shifted[:-1, :-1, :-1]
         corners.append(of_cells.ravel())
     return numbers, coordinates, np.array(corners)
@@ -162,9 +162,9 @@ def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
             factor[..., 0] * factor[..., 1] * slope[..., 2],
         ]
     )  # slopes in the cell: (axis, corner, point)
-    # e: cell, c: corner, p: point, i: axis of space, a: axis of the cell
-    jacobian = np.einsum("eci,acp->epia", corners, local)
-    inverse = np.linalg.inv(jacobian)
+    # e: cell, c: corner, p: point, i: axis x_i of space, a: axis s_a of the cell
+    jacobian = np.einsum("eci,acp->epia", corners, local)  # d x_i / d s_a
+    inverse = np.linalg.inv(jacobian)  # (e, p, a, i): d s_a / d x_i
     root_of_volume = np.sqrt(np.abs(np.linalg.det(jacobian)) * weight)  # (cell, point)
     slopes = np.einsum("epai,acp->ecip", inverse, local)
     return shapes * root_of_volume[:, None], slopes * root_of_volume[:, None, None]
@@ -220,7 +220,8 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
     rows : int
         Least number of degrees of freedom of the disc alone, 500 to 1,000,000.
     around : int
-        Elements around the disc for each level of refinement, a multiple of 6.
+        Elements around the disc for each level of refinement, a multiple of 6: the pad covers a
+        sixth of them.
 
     Raises
     ------
@@ -233,8 +234,8 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
         raise InputError(f"{rows} rows are not allowed; it must be {ROWS[0]} to {ROWS[1]}")
     sizes = Geometry()
     level = 1
-    # nodes of the disc that move: 2 level along r (2 level + 1 but for the clamped ones), around *
-    # level along phi, level + 1 along z
+    # directions times nodes of the disc that move: along r 2 level (of 2 level + 1 the innermost is
+    # clamped), along phi around * level, along z level + 1
     while 3 * (2 * level * around * level * (level + 1)) < rows:
         level += 1
     along_pad = around * PAD // ROUND * level  # elements under the pad, in the direction of phi
@@ -268,28 +269,28 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
         nodes_of_end = pad[:, end, :].ravel()
         end_area = (sizes.outer - pad_radii[0]) * sizes.pad_thickness
         area_of_node = end_area / len(nodes_of_end)
-        ground[3 * nodes_of_end] += sizes.abutment * area_of_node
-        ground[3 * nodes_of_end + 1] += sizes.abutment * area_of_node
+        for along in (0, 1):  # x, y
+            ground[3 * nodes_of_end + along] += sizes.abutment * area_of_node
 
     # the disc is clamped at its inner radius
     clamped = (3 * disc[0].ravel()[:, None] + np.arange(3)).ravel()
-    free = np.setdiff1d(np.arange(coordinates.size), clamped)
+    free = np.setdiff1d(np.arange(coordinates.size), clamped)  # rows that move
     M = csc_array(block_diag([disc_mass, pad_mass]))
     K = csc_array(block_diag([disc_stiffness, pad_stiffness]) + diags_array(ground))
     alpha, beta = sizes.damping
     C = csc_array(alpha * M + beta * K)
 
-    def terms(matrix: csc_array, rows: NDArray[np.intp]) -> tuple[Term]:
-        return (Term(matrix[rows][:, rows]),)
+    def terms(matrix: csc_array, kept: NDArray[np.intp]) -> tuple[Term]:
+        return (Term(matrix[kept][:, kept]),)
 
-    def body(name: str, rows: NDArray[np.intp]) -> Component:
-        nodes = rows // 3
+    def body(name: str, kept: NDArray[np.intp]) -> Component:
+        nodes = kept // 3
         return Component(
-            TermSystem(terms(M, rows), terms(C, rows), terms(K, rows), name=name),
+            TermSystem(terms(M, kept), terms(C, kept), terms(K, kept), name=name),
             nodes + 1,
-            rows % 3,
+            kept % 3,
             places=coordinates.T[nodes],
-            load=load[rows],
+            load=load[kept],
         )
 
     is_of_disc = free < 3 * disc.size
@@ -449,8 +450,8 @@ WRITERS = {"abaqus": _write_abaqus, "ansys": _write_ansys, "calculix": _write_ca
 def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]:
     """Write the matrices as a program would. Returns the system file that reads them, as a mapping.
 
-    Its keys M, C and K (`MATRIX_PARTS`) hold a list each, an entry for each matrix that is added.
-    form: the program, of `FILES`.
+    Its keys M, C and K hold a list each, with an entry for each matrix that is added: K has several
+    (`MATRIX_PARTS` names the key for each term of the system). form: the program, of `FILES`.
     """
     from scipy.io import savemat
 

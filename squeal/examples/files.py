@@ -57,7 +57,7 @@ C: [{file: C.mtx}, {file: G.mtx, factor: speed}]
 K: [{file: K.mtx}, {file: cross.mtx, factor: cross}]
 coordinates: {file: nodes.csv}
 """
-ROTOR_LENGTH = 0.25  # m, between two nodes along z
+NODE_DISTANCE = 0.25  # m, of neighbouring nodes of the rotor, along z
 
 
 ABOUT = {  # what files are for whose names do not say it
@@ -99,7 +99,11 @@ def write_pad(folder: Path, _: Size) -> None:
 
 
 def write_brake(folder: Path, size: Size) -> None:
-    """A brake of solids as Abaqus writes it, damped ones, a test, ranges, and what a shim adds."""
+    """Write matrices of a brake of solids in the form of a program, and a system file.
+
+    The default size also gets two damped variants, measured frequencies of a test, ranges of
+    parameters, and the matrices that a shim adds.
+    """
     from squeal.examples.brake import solid_brake
     from squeal.examples.brake import write_brake as write_matrices
 
@@ -110,8 +114,9 @@ def write_brake(folder: Path, size: Size) -> None:
     (home / "lining.csv").write_text(LINING, encoding="utf-8")
     system = (home / "system.yaml").read_text(encoding="utf-8")
     for name, contact_damping in DAMPED.items():
+        # below the factor of the contact stiffness, then for the whole brake
         text = system.replace("  factor: contact\n", "  factor: contact\n" + contact_damping)
-        text += "damping: {structural: 0.002}\n"  # of the whole brake
+        text += "damping: {structural: 0.002}\n"
         (home / f"{name}.yaml").write_text(text, encoding="utf-8")
     for name, entry in SHIM.items():  # on the diagonal, in direction 3 of each node
         lines = (f"{node},3, {node},3, {entry}\n" for node in SHIM_NODES)
@@ -128,7 +133,7 @@ def write_components(folder: Path, size: Size) -> None:
 
 
 def write_rotor(folder: Path, _: Size) -> None:
-    """A rotor on two bearings from ROSS, its skew stiffness as a matrix of its own."""
+    """A rotor on two bearings, computed by ROSS; the skew part of K becomes a matrix of its own."""
     from scipy.io import mmwrite
     from scipy.sparse import coo_array
 
@@ -139,7 +144,7 @@ def write_rotor(folder: Path, _: Size) -> None:
     for name, entries in data["matrices"].items():
         rows, columns, values = zip(*entries, strict=True)
         matrices[name] = coo_array((values, (rows, columns)), shape=shape)
-    # what the bearings couple across is the skew part of K
+    # cross-coupled stiffness of the bearings (x on y, y on x with the other sign): the skew part
     matrices["cross"] = (matrices["K"] - matrices["K"].T) / 2
     matrices["K"] = matrices["K"] - matrices["cross"]
     home = folder / "rotor"
@@ -151,7 +156,7 @@ def write_rotor(folder: Path, _: Size) -> None:
     lines = ["node,dof,x,y,z"]
     for row in range(data["rows"]):  # node by node
         node, direction = divmod(row, len(directions))
-        lines.append(f"{node + 1},{directions[direction]},0,0,{ROTOR_LENGTH * node}")
+        lines.append(f"{node + 1},{directions[direction]},0,0,{NODE_DISTANCE * node}")
     (home / "nodes.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
