@@ -312,21 +312,26 @@ class LineContact(ContactLaw):
         return p, p / (difference + (1.0 - partial))  # outside of partial contact 0 / 1
 
     def edge_forces(self, c: Coefficients, pose: Pose, on: Touching, unit: bool = False) -> Point:
-        """See `ContactLaw`; `unit`: as if Rn were 1 in partial contact, where it may vanish."""
+        """See `ContactLaw`; `unit`: as if Rn were 1 in partial contact, where it may vanish.
+
+        In full contact the forces of partial contact are zero, and conversely: factors 0 and 1 in
+        place of branches, as in `_partial`.
+        """
         gl, gt = gaps(c, pose)
         leading, trailing = on
-        p, part = self._partial(gl, gt, on)
+        p, length_share = self._partial(gl, gt, on)
         if unit:
-            Rn = (trailing - leading) * (trailing - leading)
+            Rn = (trailing - leading) * (trailing - leading)  # 1 where one edge touches alone
         elif self.line_force == "integral":
-            Rn = 0.5 * c.k_c * p * part
+            Rn = 0.5 * c.k_c * p * length_share
         else:
             Rn = 0.5 * c.k_c * p
         # in partial contact the pressure is a triangle, whose centroid lies at a third of the
         # contact length from the edge that touches
-        at_touching_edge = Rn * (1.0 - part / 3.0)
-        at_other_edge = Rn * (part / 3.0)
-        # in full contact it is a trapezoid: k_c (2 pl + pt)/6 at the leading edge, p = -g
+        at_touching_edge = Rn * (1.0 - length_share / 3.0)
+        at_other_edge = Rn * (length_share / 3.0)
+        # in full contact it is a trapezoid: k_c (2 pl + pt)/6 at the leading edge and k_c (pl + 2
+        # pt)/6 at the trailing one, with pl = -gl and pt = -gt
         full = leading * trailing * (c.k_c / 6.0)
         f1 = leading * at_touching_edge + trailing * at_other_edge - full * (2.0 * gl + gt)
         f2 = trailing * at_touching_edge + leading * at_other_edge - full * (gl + 2.0 * gt)
@@ -351,9 +356,9 @@ class LineContact(ContactLaw):
     def energy(self, c: Coefficients, pose: Pose, on: Touching) -> Number:
         """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""
         gl, gt = gaps(c, pose)
-        p, part = self._partial(gl, gt, on)
+        p, length_share = self._partial(gl, gt, on)
         full = on[0] * on[1] * ((gl + gt) ** 2 / 8.0 + (gl - gt) ** 2 / 24.0)
-        return c.k_c * (p * p * part / 6.0 + full)
+        return c.k_c * (p * p * length_share / 6.0 + full)
 
 
 @dataclass(frozen=True)

@@ -199,7 +199,7 @@ def linearise(model: PadModel, q: Number, state: Touching) -> Linearisation:
     """
     pad = model.pad
     C = np.zeros((3, *np.shape(q)))
-    if model.terms:
+    if model.terms:  # the loads depend on velocities
         C = -complex_step(lambda rates: model.loads(q, state, rates), np.zeros(np.shape(q)))
     M = np.diag([pad.m, pad.m, pad.I]).astype(float)
     K = -complex_step(partial(model.loads, state=state), q)

@@ -67,7 +67,8 @@ def _field(
 ) -> Any:
     """A field of `Pad` with its `Parameter`; the arguments are fields of `Parameter` and of `Key`.
 
-    default: in words what holds if the parameter is left out; it is required without these words.
+    default: in words what holds if the parameter is left out. The parameter is required if these
+    words are empty; so it is if `unless` names another parameter that may stand in its place.
     """
     p = Parameter(
         meaning,
@@ -80,7 +81,7 @@ def _field(
         required=not default or bool(unless),
         common=common,
     )
-    # a placement is zero unless it is given; everything else is None where no model needs it
+    # left out, a placement (x0, y0, theta0) is 0 and any other parameter None
     return field(default=0.0 if default == "0" else None, metadata={"p": p})
 
 

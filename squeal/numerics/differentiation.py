@@ -251,7 +251,7 @@ def _parameter_names(node: ast.expr) -> set[str]:
         case ast.BinOp(op=op, left=left, right=right) if type(op) in _OPERATIONS:
             if not isinstance(op, ast.Pow):
                 return _parameter_names(left) | _parameter_names(right)
-            if not _parameter_names(right):  # an exponent is a number
+            if not _parameter_names(right):  # an exponent may not depend on parameters
                 return _parameter_names(left)
     raise ValueError
 

@@ -8,13 +8,13 @@ FAINT = 1e-8  # of the greatest: what is below it is rounding
 def exponent(samples: np.ndarray, step: float) -> complex | None:
     """The exponent of the fastest growing component of z(t) = z0 + sum_k c_k exp(lambda_k t).
 
-    Of several components that grow alike it is that of the strongest. A component is left out if it
-    contributes less than a tenth of what the strongest one does to the last change of z, from one
-    sample to the next.
+    If several components grow equally fast, the exponent is that of the strongest one. The strength
+    of a component is its share in the last change of z, from one sample to the next; components
+    weaker than a tenth of the strongest one are left out.
 
     All samples are tried first, then their first half, their first quarter and so on, down to 32
-    samples: a motion may be linear only at its start. The first part that is such a motion to a
-    thousandth and lasts two periods, or 1/|lambda| if lambda is real, decides.
+    samples: a motion may be linear only at its start. The result is that of the first try whose
+    samples follow such a sum to a thousandth and last two periods, or 1/|lambda| if lambda is real.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
     Returns
     -------
     complex or None
-        lambda in 1/s, Im >= 0. None where no part decides.
+        lambda in 1/s, Im >= 0. None if no try has a result.
     """
     count = len(samples)
     while count >= 32:
@@ -38,7 +38,7 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
 
 
 def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
-    """As `exponent`, of all samples (n, d) alone; None where they do not decide."""
+    """The exponent of one try of `exponent`, from all the samples (n, d); None without a result."""
     modes = _dynamic_modes(samples)
     if modes is None:
         return None
@@ -140,22 +140,25 @@ def strongest_line(signals: np.ndarray, step: float) -> tuple[float, float]:
 def _refined_peak(signals: np.ndarray, step: float, middle: float, reach: float) -> float:
     """The frequency of the peak of the spectrum of signals (n, d) within `reach` of `middle`.
 
-    Nine samples of the spectrum from middle - reach to middle + reach show it roughly; nine more,
-    around the peak of a parabola through the highest three, show it closer, and so on.
+    step: the time between samples; the frequencies are in its reciprocal unit.
+
+    Each of three passes computes nine samples of the spectrum from middle - reach to middle +
+    reach. A parabola through the highest sample and its neighbours gives the next middle, and the
+    next reach is the distance of neighbours.
     """
     windowed = _windowed(signals)
     times = step * np.arange(len(signals))
     for _ in range(3):
         frequencies = middle + reach * np.linspace(-1.0, 1.0, 9)
-        apart = reach / 4.0  # neighbouring frequencies
+        spacing = reach / 4.0  # of neighbouring frequencies
         transform = np.exp(-2j * np.pi * frequencies[:, None] * times) @ windowed
         power = (np.abs(transform) ** 2).sum(axis=1)
-        i = min(max(int(np.argmax(power)), 1), 7)
-        # the parabola through a, b, c at -1, 0, 1 is greatest at (a - c) / (2 (a - 2 b + c)); that
-        # of the logarithms of a spectral line is nearly exact
+        i = min(max(int(np.argmax(power)), 1), 7)  # of 0 to 8 one with two neighbours
+        # the parabola through a, b, c at -1, 0, 1 is greatest at (a - c) / (2 (a - 2 b + c)); in
+        # logarithms it fits the spectral line of a Hann window closely
         a, b, c = np.log(power[i - 1 : i + 2])
-        middle = float(frequencies[i] + apart * 0.5 * (a - c) / (a - 2.0 * b + c))
-        reach = apart
+        middle = float(frequencies[i] + spacing * 0.5 * (a - c) / (a - 2.0 * b + c))
+        reach = spacing
     return middle
 
 
