@@ -66,11 +66,11 @@ def _read_parts(path: Path, subject: "Scene | SystemFile") -> dict[str, list[int
     parts: dict[str, list[int]] = {}
     _, lines = read_table(path, ("part", head))
     for at, line in lines:
-        part = line["part"].strip()
+        part = line["part"]
         if not part:
             raise (at / "part").must_be("", "the name of a part")
         rows = parts.setdefault(part, [])
-        name = line[head].strip()
+        name = line[head]
         if coordinates is None:
             rows.append(row_in(name, at / head, count))
         elif name in node_of_name:

@@ -442,7 +442,7 @@ def _numbers(lines_of_rows: Sequence[Sequence[Line]], heads: Sequence[str]) -> N
         for line in other_lines:
             for head, first in zip(heads, row, strict=True):
                 at = line.at / head
-                number = number_in(line.cells[head].strip() or first_line.cells[head], at)
+                number = number_in(line.cells[head] or first_line.cells[head], at)
                 if number != first:
                     raise at.refuse(f"{number:g} is not allowed; the first line has {first:g}")
         rows.append(row)
@@ -454,7 +454,7 @@ def _points(lines: Sequence[Line]) -> tuple[ContactPoints, list[list[Line]]]:
     the lines of each. Raises InputError."""
     lines_by_point: dict[str, list[Line]] = defaultdict(list)
     for line in lines:
-        name = line.cells["point"].strip()
+        name = line.cells["point"]
         if not name:
             raise (line.at / "point").must_be("", "the name of a point")
         lines_by_point[name].append(line)
@@ -479,8 +479,8 @@ def _nodes_of_points(
         at = lines_of_point[0].at
         weight_of_node: dict[str, float] = defaultdict(float)
         for line in lines_of_point:
-            label = line.cells[side].strip()
-            text = line.cells[head].strip()
+            label = line.cells[side]
+            text = line.cells[head]
             if label or text:
                 weight_of_node[label] += number_in(text, line.at / head)
         if not weight_of_node:

@@ -154,9 +154,9 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]]) -
     line_places = []
     for here, cells in lines:
         if not labels:
-            word = DOF.read(cells["dof"].strip().lower(), here / "dof")
+            word = DOF.read(cells["dof"].lower(), here / "dof")
             line_directions.append(DIRECTIONS[word])
-        name = cells["node"].strip()
+        name = cells["node"]
         if not name:
             raise (here / "node").must_be("", "the name of a node")
         line_names.append(name)
@@ -233,7 +233,7 @@ def read_elements(path: Path, coordinates: Coordinates) -> Coordinates:
     index_of_name = {name: i for i, name in enumerate(coordinates.names)}
     elements: dict[str, tuple[str, Corners]] = {}  # kind and nodes (indices) by name
     for line in lines:
-        name = line.cells["element"].strip()
+        name = line.cells["element"]
         kind, nodes = _element(line, index_of_name)
         count = len(nodes)
         node_repeats = len(set(nodes)) < count
@@ -254,12 +254,12 @@ def _element(line: Line, index_of_name: dict[str, int]) -> tuple[str, Corners]:
     The middles of its edges follow its corners where all of them have a place. Raises InputError
     where a corner has none.
     """
-    kind = CELL_NAME.read(line.cells["type"].strip().lower(), line.at / "type")
+    kind = CELL_NAME.read(line.cells["type"].lower(), line.at / "type")
     corners = CELLS[kind].corners
     names = []
     for head, text in line.cells.items():
         if head not in ("element", "type"):
-            names.append(text.strip())
+            names.append(text)
     for name in names[:corners]:
         if name not in index_of_name:
             raise line.at.must_be(name, "a node with a line in the table of coordinates")

@@ -32,7 +32,8 @@ WARNINGS_OF_KEYWORDS = {
 
 
 class Line(NamedTuple):
-    """A line of a table: its place, and its cells by the names of their columns."""
+    """A line of a table: its place, and its cells, without blanks around them, by the names of
+    their columns."""
 
     at: Place
     cells: dict[str, str]
@@ -59,15 +60,16 @@ def read_table(path: Path, names: Sequence[str]) -> tuple[Place, list[Line]]:
     rows: list[tuple[Place, list[str]]] = []  # lines that are not empty, with their places
     table = csv.reader(_text_lines(path, at))
     try:
-        for cells in table:
-            if "".join(cells).strip():
+        for row in table:
+            cells = [cell.strip() for cell in row]
+            if any(cells):
                 rows.append((at / f"line {table.line_num}", cells))
     except csv.Error as error:
         raise at.refuse(f"no table of comma-separated values: {error}") from None
     heads = []
     if rows:
         _, first_cells = rows[0]
-        heads = [cell.strip().lower() for cell in first_cells]
+        heads = [cell.lower() for cell in first_cells]
     for name in names:
         if name not in heads:
             raise at.refuse(
@@ -79,8 +81,7 @@ def read_table(path: Path, names: Sequence[str]) -> tuple[Place, list[Line]]:
             raise at.refuse(f"{heads.count(name)} columns {name}; one is allowed")
     lines = []
     for here, cells in rows[1:]:
-        surplus = cells[len(heads) :]
-        if any(cell.strip() for cell in surplus):
+        if any(cells[len(heads) :]):
             raise here.refuse(f"{len(cells)} cells; the first line names {len(heads)} columns")
         # cells that the line lacks at its end are empty
         pairs = zip_longest(heads, cells[: len(heads)], fillvalue="")
@@ -99,7 +100,6 @@ def number_in(text: str, at: Place, kind: Kind = ANY) -> float:
 
 def row_in(text: str, at: Place, count: int) -> int:
     """The index of the row of a number from 1 to `count` in a cell. Raises InputError."""
-    text = text.strip()
     number = int(text) if text.isdecimal() else text  # a text is refused as no whole number
     return Whole(1, count).read(number, at) - 1
 

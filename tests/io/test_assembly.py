@@ -589,3 +589,13 @@ def test_a_table_of_pairs_is_exported_as_it_stands_in_any_letters(tmp_path):
     assert main(["export", str(tmp_path / "a.yaml"), "--output", str(out)]) == 0
     assert (out / "pairs1.csv").read_bytes() == pairs
     assert {path.name for path in out.iterdir()} == {"assembly.yaml", "disc", "pad", "pairs1.csv"}
+
+
+def test_blanks_beside_the_commas_of_a_table_change_no_answer(tmp_path):
+    path = chain_assembly(tmp_path, "joined", "{file: c.yaml}")
+    plain = squeal.eigenvalues(squeal.read_system(path)).values
+    for name in ("joined.csv", "load.csv", "n.csv"):
+        table = tmp_path / name
+        table.write_text(table.read_text().replace(",", " , "))
+    spaced = squeal.eigenvalues(squeal.read_system(path)).values
+    assert spaced.tolist() == plain.tolist()
