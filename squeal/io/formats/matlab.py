@@ -73,13 +73,13 @@ def read_mat(path: Path) -> NamedMatrices:
 def _read_version_5(path: Path) -> NamedMatrices:
     """The matrices of a file of version 5 by their names. Raises InputError, ValueError."""
     data = path.read_bytes()
-    order = "<" if data[126:128] == b"IM" else ">"
+    order = "<" if data[126:128] == b"IM" else ">"  # IM: the word MI, low byte first
     named: list[tuple[str, Matrix]] = []
-    sizes: list[tuple[int]] = []
+    sizes: list[tuple[int]] = []  # how many numbers each matrix holds
     try:
-        for variable in _variables(data[128:], order):
-            named.append(variable)
-            sizes.append((variable[1].size,))
+        for name, matrix in _variables(data[128:], order):
+            named.append((name, matrix))
+            sizes.append((matrix.size,))
             check_full_size(path, sizes)
     except InputError:
         raise
@@ -137,7 +137,7 @@ def _elements(data: bytes, order: str) -> list[_Element]:
         else:
             padding = -size % 8
             end = start + size + padding
-        content = data[start : min(start + size, end)]
+        content = data[start : min(start + size, end)]  # of a damaged short element: 4 bytes only
         if not 1 <= kind <= 18 or len(content) != size:
             raise ValueError
         elements.append(_Element(kind, content))

@@ -203,8 +203,8 @@ def read_labels(path: Path, rows: int) -> Labels | None:
     """The label of each row, from lines `node.dof` of CalculiX or `row node name` of Ansys.
 
     CalculiX expands shells and beams to solids and gives several rows the label of one node. Those
-    rows become internal, with the negative of the row's number for a node. None without such a
-    file. `rows`: how many the matrix has at least. Raises ValueError.
+    rows become internal: in place of the node stands minus the number of the row, from -1 on. None
+    without such a file. `rows`: how many the matrix has at least. Raises ValueError.
     """
     if not path.is_file():
         return None

@@ -87,10 +87,12 @@ def _card_fields(line: str) -> tuple[str, list[str]]:
 
 def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
     """The matrix that a head card announces, from the cards of its columns among all `cards`.
-    Raises InputError, ValueError."""
+
+    For the fields of both kinds of cards see `read_dmig`. Raises InputError, ValueError.
+    """
     name = head[0]
     form = head[2]
-    type_in = head[3]
+    type_in = head[3]  # 1 to 4: real or complex, single or double precision
     polar = head[5]
     if form not in (SQUARE, SYMMETRIC):
         kind = DMIG_FORMS.get(form, "unknown")
@@ -114,6 +116,7 @@ def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFi
         values = values * np.exp(1j * np.radians(table[:, 5]))
     elif type_in in COMPLEX_TYPES:
         values = values + 1j * table[:, 5]
+    # the last two of the six fields of an entry
     value_words = (word for i, word in enumerate(words) if i % 6 >= 4)
     digits = written_digits(value_words)
     return labelled_matrix(path, positions.astype(np.int64), values, form == SYMMETRIC, digits)
