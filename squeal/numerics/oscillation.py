@@ -80,7 +80,7 @@ def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     before = differences[:, :-1]
     after = differences[:, 1:]
     U, sizes, Vh = np.linalg.svd(before, full_matrices=False)
-    # in n differences, each of two samples: singular values below that show no component
+    # singular values up to that size may be rounding: of n differences, each of two samples
     rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
     rank = int(np.sum(sizes > FAINT * sizes[0] + rounding))
     if rank == 0:

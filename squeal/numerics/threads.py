@@ -56,8 +56,9 @@ _TEAM = ContextVar("team", default=_Team())  # noqa: B039  which is never change
 def side_by_side(work: Callable[..., Result], *tasks: Iterable[Any]) -> Iterator[Result]:
     """As `map(work, *tasks)`, by the threads of the verb.
 
-    While the next result is not there this thread computes others. Tasks may share theirs out in
-    turn. An exception is raised where its task stands, whichever came first; no task begins then.
+    While the next result is not there this thread computes others. A task may itself call
+    `side_by_side`. The exception of a task is raised when its result is due, after the results of
+    the tasks before it; no further task begins then.
     """
     team = _TEAM.get()
     if team.pool is None:
@@ -65,16 +66,18 @@ def side_by_side(work: Callable[..., Result], *tasks: Iterable[Any]) -> Iterator
         return
     from concurrent.futures import Future  # which few verbs need
 
+    # each task in a copy of the context of this thread, so that it finds the team of the verb
     calls: list[tuple[Future[Result], Callable[[], Result]]] = []
     for arguments in zip(*tasks, strict=True):
         calls.append((Future(), partial(copy_context().run, work, *arguments)))
-    untaken = iter(calls)  # of which each thread takes the next
+    untaken = iter(calls)  # all threads take from it: the iterator of a list gives each call once
 
     def compute_next() -> bool:
+        """Compute the next task that no thread has taken; False if none is left."""
         for future, call in untaken:
             try:
                 future.set_result(call())
-            except BaseException as error:  # one that is not raised here is waited for
+            except BaseException as error:  # without a result the reader would wait for ever
                 future.set_exception(error)
                 if not isinstance(error, Exception):
                     raise
@@ -82,14 +85,14 @@ def side_by_side(work: Callable[..., Result], *tasks: Iterable[Any]) -> Iterator
         return False
 
     for _ in calls:
-        team.pool.submit(compute_next)
+        team.pool.submit(compute_next)  # which finds nothing to do if this thread was faster
     try:
         for future, _ in calls:
             while not future.done() and compute_next():
                 pass
             yield future.result()
     finally:
-        list(untaken)  # which nobody begins any more
+        list(untaken)  # empties the iterator: no thread begins another task
 
 
 def workers_of_verb() -> int:
@@ -105,11 +108,11 @@ def stop_if_over() -> None:
 
 @contextmanager
 def threads_of_a_verb(workers: int) -> Iterator[None]:
-    """A context with so many threads for `side_by_side`, and with one thread of BLAS, unless an
-    environment variable gives their number.
+    """A context with so many threads (`workers`) for `side_by_side`, and with one thread of BLAS,
+    unless an environment variable gives the number of threads of BLAS.
 
     Before SciPy is loaded BLAS stays as it is: a verb about a pad, of three rows, need not wait for
-    that import. A verb of one thread that another one calls has the threads of that one.
+    that import. With one worker the team stays that of the verb that calls this one, if any.
     """
     is_chosen = any(os.environ.get(name) for name in _VARIABLES)
     with ExitStack() as stack:
