@@ -215,9 +215,9 @@ class Reply:
     def of(*answers: Answer, subject: object = None, more: str = "") -> Reply:
         """One reply of several answers: the keys of all their objects, and their texts in a row.
 
-        subject: what they are of. The warnings of a scene are those on its equilibria, which the
-        reply then holds, see `Reply`; of other subjects they are given at once. more: follows the
-        texts.
+        subject: the scene or system that was analysed. Answers about a scene warn of its equilibria
+        alone, and the reply holds these warnings, see `Reply`; those about other subjects are given
+        at once. more: a text that follows those of the answers.
         """
 
         def data() -> JsonObject:

@@ -74,7 +74,7 @@ def run(given: argparse.Namespace) -> Reply:
     }
     sweep = None
     estimate = None  # a sweep whose roots serve, since no option needs those of the full system
-    if given.values:
+    if given.values:  # of --sweep
         sweep = _sweep(given, subject, selection)
         if sweep.is_first_look and not _needs_full_roots(given):
             estimate = sweep

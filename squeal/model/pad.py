@@ -307,9 +307,9 @@ def coefficients(ops: Operations, pad: Pad, absolute_gap: bool) -> Coefficients:
 
     w = pad.w
     h = pad.h
-    r1 = turned(-w, h)
+    r1 = turned(-w, h)  # upper corners, where springs 1 and 2 hold the pad
     r2 = turned(w, h)
-    rl = turned(-w, -h)
+    rl = turned(-w, -h)  # lower corners, leading and trailing
     rt = turned(w, -h)
     L1 = _value_or(pad.L1, w)
     L2 = _value_or(pad.L2, w)
