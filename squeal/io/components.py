@@ -144,13 +144,13 @@ def assembly_file(
     InputError, ComputationError
     """
     keys = ASSEMBLY.read(document, at)
-    values = ASSEMBLY_DEFAULTS | keys.get("parameters", {})
+    file_values = ASSEMBLY_DEFAULTS | keys.get("parameters", {})
     components: dict[str, _LocatedComponent] = {}
     origins: list[Origin] = []
     inputs = [folder / name for name in named_files(keys)]
     for name, component in keys["components"].items():
         file = read_component(folder / component["file"])
-        body = _component(name, component, file, at / "components" / name, folder, values)
+        body = _component(name, component, file, at / "components" / name, folder, file_values)
         assert file.coordinates is not None  # `_component` refuses one without
         components[name] = _LocatedComponent(body, file.coordinates)
         for origin in file.origins:
@@ -197,13 +197,13 @@ def assembly_file(
     in_use = {*ASSEMBLY_DEFAULTS, keys.get("parameter")}
     in_use.update(re.findall(r"\w+", f"{keys['components']} {keys['contact']}"))
     in_use.update(*(body.system.names for body in all_bodies))
-    unused = values.keys() - in_use
+    unused = file_values.keys() - in_use
     for name in unused:
-        del values[name]
+        del file_values[name]
     cutoff = keys.get("cutoff")
     if cutoff is None and band is not None:
         cutoff = 2 * band[1]  # Hz, as the key's default says
-    assembly = join(all_bodies, values, cutoff)
+    assembly = join(all_bodies, file_values, cutoff)
     warn_of_unused_parameters(unused, assembly.system, at / "parameters")
     return SystemFile(
         assembly.system,
@@ -223,6 +223,7 @@ def _warn_of_other_units(at: Place, components: Sequence[_LocatedComponent]) -> 
     """
     first: tuple[str, float, float] | None = None  # name, size and density
     for body, coordinates in components:
+        # M does not depend on the frequency; `frozen` fixes it, so that `at` needs no value
         mass, _ = coordinates.mass_and_centre(body.system.frozen().at()[0])
         size = float(np.ptp(coordinates.places, axis=0).max(initial=0.0))
         # the mass of a reduced component, which has `rows`, lies in rows that move no node
@@ -345,7 +346,7 @@ def _contact(
             points = _table_of_pairs(folder / keys["pairs"]["file"])
     elif "faces" in keys:
         points = _face_contact(keys, at, components)
-    else:
+    else:  # `Contact` pairs the nodes that are this near, m
         points = {"pairs": keys.get("distance")}
     if "normal" not in arguments and "normal" not in points:
         raise CONTACT.keys["normal"].missing(at / "normal", "a contact")
@@ -469,8 +470,9 @@ def _nodes_of_points(
 ) -> tuple[NDArray[np.str_], NDArray[np.float64]]:
     """Labels and weights (points, a) of the nodes of each point on the side `first` or `second`.
 
-    a is the largest number of nodes that a point has; one of fewer has empty labels of weight 0. A
-    weight without a label is of nodes that do not move. Raises InputError.
+    a is the largest number of nodes of a point; points with fewer nodes are padded by empty labels
+    of weight 0. A line with a weight and no label stands for nodes that do not move. Raises
+    InputError.
     """
     labels: list[list[str]] = []
     weights: list[list[float]] = []
@@ -488,7 +490,7 @@ def _nodes_of_points(
         total = sum(weight_of_node.values())
         if abs(total) > MOST_WEIGHT:
             raise at.refuse(f"{head} of its point adds up to {total:g}; -1 to 1 is allowed")
-        if "" in weight_of_node:
+        if "" in weight_of_node:  # what does not move adds nothing to the motion of the point
             weight_of_node[""] = 0.0
         labels.append(list(weight_of_node))
         weights.append(list(weight_of_node.values()))

@@ -59,20 +59,24 @@ class Sides(NamedTuple):
 
 
 def sides_of(matrix: Matrix, labels: Labels | None = None) -> Sides:
-    """Compare the sides of a matrix (n, n); without labels each row counts as a node."""
+    """Compare the sides of a matrix (n, n); without labels each row counts as a node.
+
+    For what the comparisons mean see `Sides`.
+    """
     stored = csc_array(matrix, copy=True)
     stored.sum_duplicates()
     nodes = np.arange(stored.shape[0])
     if labels:
         nodes = np.array(labels)[:, 0]
     is_entry = csc_array((np.ones(stored.nnz, bool), stored.indices, stored.indptr), stored.shape)
-    is_one_sided = is_entry > is_entry.T
+    is_one_sided = is_entry > is_entry.T  # an entry here (True), none across the diagonal (False)
     entries = stored.multiply(is_one_sided).tocoo()  # without zeros
     rows, columns = entries.coords
     diagonal = stored.diagonal().real
     is_internal = nodes < 0
     is_exempt = is_internal[rows] | is_internal[columns]
-    with np.errstate(over="ignore"):  # two infinite squares fit
+    # k_ij^2 <= k_ii k_jj to rounding; two that overflow to inf fit
+    with np.errstate(over="ignore"):
         fits = is_exempt | (
             entries.data.real**2 <= (1.0 + 8.0 * EPS) * diagonal[rows] * diagonal[columns]
         )
@@ -140,9 +144,11 @@ def complete(
         The file, for messages.
     matrix : csc_array (n, n)
         The matrix of `file`, checked.
+    file : MatrixFile
+        The entries, labels and symmetry as they stand in the file.
     symmetric : bool or None
-        Whether the user says that one triangle stands for both, which counts before what the file
-        says; None for nothing.
+        Whether the user says that one triangle stands for both: it overrides what the file says.
+        None if the user says nothing.
 
     Raises
     ------
@@ -150,12 +156,12 @@ def complete(
         Where nothing declares one triangle, and it may be that of a symmetric matrix or not; where
         a matrix declared symmetric is not.
     """
-    declared = symmetric
+    if symmetric is False:
+        return matrix, False
+    declared: bool | None = symmetric
     if symmetric is None:
         declared = file.symmetric
-    elif not symmetric:
-        return matrix, False
-    sides = sides_of(file.matrix, file.labels)
+    sides = sides_of(file.matrix, file.labels)  # zeros that stand in the file count as entries
     if declared and sides.paired and abs(matrix - matrix.T).max() > 0.0:
         raise InputError("is not symmetric, although the file or `symmetric: true` says so")
     if sides.paired or not sides.one_sided:

@@ -144,10 +144,11 @@ def _reading_error(path: Path, format_name: str, error: Exception) -> str:
 
 
 def _pick(content: MatrixFile | NamedMatrices, key: str | None) -> MatrixFile:
-    """The matrix of a file that a key names, in the case in which it was written.
+    """The matrix of a file that a key names; capital and small letters differ.
 
-    `content` is what the reader of the format gave: the only matrix, for which no key is allowed,
-    or all by their names, of which a single one needs none. Raises InputError.
+    `content` is what the reader of the format gave. A file of a format that holds one matrix takes
+    no key. Of named matrices a key picks one; without it there must be a single one. Raises
+    InputError.
     """
     if isinstance(content, MatrixFile):
         if key is None:

@@ -23,10 +23,10 @@ _HELD = ExitStack()  # in a process of a pool: its threads of BLAS, to its end
 def mapped(
     work: Callable[[Task], Result], tasks: Iterable[Task], in_threads: bool = False
 ) -> Iterator[Result]:
-    """The results work(task) of all tasks, in their order, by as many processes as the verb has
-    workers, or `in_threads`: of large systems.
+    """The results work(task) of all tasks, in their order, by the workers of the verb.
 
-    One worker is this process itself. Several are new processes, which import the modules anew, and
+    The workers are processes, or threads if `in_threads`, as tasks of large systems take them. One
+    worker is this process itself. Several are new processes, which import the modules anew, and
     stay for later calls, with what they have compiled.
 
     The processes ignore an interrupt, also while they import: this process then ends them. They end

@@ -36,8 +36,8 @@ _LINE = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|.+)|import (.+))$", r
 def _imports(path: Path) -> frozenset[str]:
     """Names of all modules that a file imports (absolutely, the house style).
 
-    Read from its lines, since Python's parser would take four times as long, more than many a
-    query; a test holds every file against the parser.
+    Read from its lines: Python's parser would take four times as long, longer than many queries. A
+    test compares every file with the parser.
     """
     text = _TYPES.sub("", _TEXT.sub("", path.read_text(encoding="utf-8")))
     imported = set[str]()
@@ -52,7 +52,8 @@ def _imports(path: Path) -> frozenset[str]:
             imported.add(f"{module}.{name}" if module else name)
         if module:
             imported.add(module)
-    if PACKAGE in imported:  # a verb of the package loads where it stands when it is used
+    # names of the package load when they are used: `squeal.report` imports the module of report
+    if PACKAGE in imported:
         module_of_name = _modules_of_offers()
         for name in re.findall(r"\bsqueal\.(\w+)", text):
             if name in module_of_name:

@@ -289,11 +289,13 @@ def _read(document: object, at: Place) -> dict[str, Any]:
     if isinstance(document, dict) and is_system(document) and "model" not in document:
         key = next(key for key in OF_SYSTEMS if key in document)
         raise (at / key).refuse("a system of matrices is not allowed here; it must be a scene")
-    model = ""  # without a valid model no key is refused as another model's; `read` refuses it
+    # "" if the model is unknown: `SCENE.read` then refuses the model, not a key that it lacks
+    model = ""
     if isinstance(document, dict) and document.get("model") in tuple(MODELS):
         model = document["model"]
     keys = SCENE.read(document, at, model)
     initial = keys.get("initial", {})
+    # counted from an equilibrium, theta adds to an angle that is not known here
     theta = 0.0
     if initial.get("from", "origin") == "origin":
         theta = initial.get("theta", 0.0)

@@ -137,7 +137,7 @@ class SystemFile:
         return self.system.assumptions
 
     def replaced(self, changes: Mapping[str, float]) -> SystemFile:
-        """The file with other values of some parameters, at which components are seated anew.
+        """The file with other values of some parameters, and the contact of components solved anew.
 
         Examples
         --------
@@ -188,15 +188,15 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
         others = system.parameters.keys() - {parameter}
         warn_of_unused_parameters(others, system, at / "parameters")
         if not POWERS.keys().isdisjoint(keys):
+            # beside K0, K1, ... M must be positive definite: `normalised_system` refuses others
             mass = dense(system.at()[0])
-            # refuses a mass that is not positive definite
             normalised_system(mass, None, np.zeros_like(mass))
         system, empty = without_empty_rows(system)
         if empty.size:
             at.warn(empty_rows_warning(empty, labels))
         remaining = np.delete(np.arange(rows), empty)
         system, supports = without_supports(system)
-        supports = remaining[supports]
+        supports = remaining[supports]  # as rows of the files
         if supports.size:
             (at / "K").warn(supports_warning(supports, labels))
         undamped_rows = system.n
@@ -271,9 +271,9 @@ def _make_terms(
 def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path) -> Precision:
     """How far the entries of a term may be off, by its keys and by its file.
 
-    Without the key digits the file alone says it. With it the fewer digits of key and file count,
-    and of errors by entry the larger ones: those that the key errors or the digits name, or those
-    that the file leaves open.
+    Without the key `digits` the file alone counts. With it the result has the smaller number of
+    digits of key and file, and at each entry the larger error of these two: that of the key
+    `errors`, or else of the key `digits`; and that to which the file was rounded.
 
     matrix: of the term (n, n), on the rows of the system. Raises InputError for errors of other
     rows, and for negative ones.
@@ -409,7 +409,10 @@ def _ratios_over_frequency(path: Path) -> Callable[[NDArray], NDArray]:
 
 
 def _parameters_of(records: Sequence[Damped], system: TermSystem) -> frozenset[str]:
-    """The parameters on which the terms of K depend that are damped; `of` of the second is K.2."""
+    """The parameters in the factors of the terms of K that are damped as a whole.
+
+    A record of the second term has K.2 in `of`; others, such as modes, belong to no term.
+    """
     names: set[str] = set()
     for record in records:
         part, _, number = record.of.partition(".")

@@ -85,7 +85,7 @@ def factor_of(
             raise (term.at / key).refuse(
                 f"is not allowed at a term of {term.part}; terms of {' and '.join(allowed)} take it"
             )
-    if term.part == "K4":
+    if term.part == "K4":  # the system gains i K4
         return Modulus(formula, imaginary=True)
     if "modulus" in term.keys:
         return _tabulated_modulus(term, formula, folder)
@@ -198,12 +198,12 @@ class TermDamping:
             self.records.append(Damped(name, "rayleigh", factor))
             product = Formula(f"{factor!r} * ({formula.text})", formula.place)
             term_name = f"rayleigh {factor:g} {name}"
-            real = made.matrix.real
+            real = made.matrix.real  # imaginary parts of a stiffness are damping themselves
             self.terms.append(replace(made, matrix=real, factor=product, name=term_name))
         if "structural" in term.keys:
             self.indices["structural"].add(index)
             self.records.append(Damped(name, "structural", scalar(str(term.keys["structural"]))))
         if "modulus" in term.keys:
-            if term.part == "K":
+            if term.part == "K":  # its table has the losses
                 self.indices["structural"].add(index)
             self.records.append(Damped(name, "modulus", term.keys["modulus"]["file"]))

@@ -642,7 +642,7 @@ class Answer(ABC):
             raise InputError(f"to_xarray: {type(self).__name__} has no axes; to_dataframe has all")
         frame = self.to_dataframe()
         axes = []
-        for axis in self.grid:
+        for axis in self.grid:  # the name of a column, or its index where names vary
             axes.append(axis if isinstance(axis, str) else frame.columns[axis])
         frame = frame.dropna(subset=axes).drop_duplicates(axes).set_index(axes)
         try:
@@ -680,12 +680,12 @@ class Answer(ABC):
     def plot(self, ax: Any = None, **style: Any) -> Any:
         """Draw the answer and return its first Axes.
 
-        Without an Axes that is the whole figure, which pyplot shows. In one that is given, and with
-        a style as artists take it (`color="k"`), it is one panel of the table.
+        Without `ax` the whole figure is drawn, and pyplot shows it. With `ax`, or with options of
+        Matplotlib's artists (`color="k"`), a single panel with the columns of the table is drawn.
 
-        Whole figures take `shape` (the number of a mode, of eigenvalues of a system with
-        coordinates), `damping` (of a sweep: damping ratios over frequency; beside it `thresholds`,
-        and `width="column"` for one column of a paper), `scene` (of a motion).
+        Whole figures take these options: eigenvalues of a system with coordinates `shape`, the
+        number of the mode to draw; a sweep `damping` for damping ratios over frequency, and beside
+        it `thresholds` and `width="column"` for one column of a paper; a motion `scene`.
 
         Examples
         --------
