@@ -12,6 +12,7 @@ from squeal.schema import Place
 from squeal.sparse.contact_faces import Surface
 
 ALL = "all"  # in place of a name: every face that one element alone has
+MOST_LABELS = 5_000_000  # of a set that two numbers generate: as many as rows of a matrix
 SHELL_SIDES = {"SPOS": False, "SNEG": True}  # whether the face is seen from the other side
 
 
@@ -103,6 +104,9 @@ def _generated(cells: list[str], at: Place) -> list[str]:
     first, last, step = map(int, [*numbers, "1"][:3])
     if step == 0:
         raise at.refuse("a step of 0 is not allowed; it must be 1 or more")
+    count = (last - first) // step + 1
+    if count > MOST_LABELS:
+        raise at.refuse(f"{count} labels are not allowed; at most {MOST_LABELS} are read")
     return [str(label) for label in range(first, last + 1, step)]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError, InputWarning
+from squeal.io.surfaces import deck_sets
 from squeal.io.system_files import read_system
 from squeal.io.tables import deck_lines
 from tests.io.test_faces import STORE, Block, calculix
@@ -120,3 +121,16 @@ def test_nodes_of_a_deck_name_no_rows_without_labels(tmp_path):
     (tmp_path / "bar.yaml").write_text("{M: [[1]], K: [[1]], coordinates: {file: bar.inp}}")
     with pytest.raises(InputError, match=r"bar\.inp: names nodes, not the dof of each row.*\.dof"):
         read_system(tmp_path / "bar.yaml")
+
+
+def test_a_set_is_generated_by_first_last_and_step(tmp_path):
+    deck = tmp_path / "deck.inp"
+    deck.write_text("*NSET,NSET=A,GENERATE\n1,5,2\n*NSET,GENERATE,NSET=B\n7,8\n*NSET,NSET=B\na\n")
+    assert deck_sets(deck, "NODE") == {"A": ["1", "3", "5"], "B": ["7", "8", "1", "3", "5"]}
+
+
+def test_a_line_that_generates_more_labels_than_memory_holds_is_refused(tmp_path):
+    """1,999999999 ended the process."""
+    (tmp_path / "deck.inp").write_text("*NSET,NSET=A,GENERATE\n1,999999999\n")
+    with pytest.raises(InputError, match=r"line 2: 999999999 labels are not allowed; at most"):
+        deck_sets(tmp_path / "deck.inp", "NODE")
