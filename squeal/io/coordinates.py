@@ -172,16 +172,18 @@ def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]]) -
     else:
         nodes = node_of_line
         directions = np.array(line_directions)
-    of_rows = np.flatnonzero(directions != FIXED)  # all of them, if labels give the rows
-    if len(of_rows) != rows:
+    is_row = directions != FIXED  # all of them, if labels give the rows
+    row_count = np.count_nonzero(is_row)
+    if row_count != rows:
         counted = "labels" if labels else "lines"
-        raise at.refuse(f"{len(of_rows)} {counted}; the system's {rows} rows need one each")
-    moved = set(nodes[of_rows].tolist())
-    for node in nodes[directions == FIXED].tolist():
+        raise at.refuse(f"{row_count} {counted}; the system's {rows} rows need one each")
+    fixed_nodes = nodes[~is_row].tolist()
+    nodes = nodes[is_row]
+    directions = directions[is_row]
+    moved = set(nodes.tolist())
+    for node in fixed_nodes:
         if node in moved:
             raise at.refuse(f"the node {names[node]} is fixed and has rows; one of both is allowed")
-    nodes = nodes[of_rows]
-    directions = directions[of_rows]
     displaced = Counter(zip(nodes.tolist(), directions.tolist(), strict=True))
     for (node, direction), count in displaced.items():
         if direction >= 0 and count > 1:

@@ -58,8 +58,9 @@ def written_digits(words: Iterable[str]) -> int | None:
 def written_decimals(words: Iterable[str]) -> int | None:
     """The number of decimals to which all numbers were rounded when they were written, as by %.6f.
 
-    None where they have exponents or other decimals, and of numbers that are all short or longer
-    than doubles hold.
+    None if numbers have exponents, no decimals or different numbers of decimals, and if these are
+    fewer than 4. None also if the longest number has fewer than 6 significant digits (it may have
+    been typed by hand) or more than 15 (it may be a double).
 
     >>> written_decimals(["12345.678901", "-0.001235"]), written_decimals(["1.5", "0.25"])
     (6, None)

@@ -93,8 +93,9 @@ def _columns(*numbers: float, form: str = "10d") -> str:
 def _unv_lines(coordinates: Coordinates, shapes: Shapes) -> Iterator[str]:
     """The lines of a universal file, by datasets.
 
-    2411 holds the nodes, 2412 the elements and 55, one a mode, a real or complex shape. Nodes keep
-    their names where all are numbers that fit.
+    Dataset 2411 holds the nodes, 2412 the elements; for each mode a dataset 55 holds its real or
+    complex shape. Nodes keep their names if all names are whole numbers below `LABEL`; else they
+    are numbered from 1.
     """
     labels: Sequence[int] = range(1, len(coordinates.places) + 1)
     if coordinates.names and all(

@@ -191,18 +191,20 @@ def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
             # beside K0, K1, ... M must be positive definite: `normalised_system` refuses others
             mass = dense(system.at()[0])
             normalised_system(mass, None, np.zeros_like(mass))
+        # `empty` and `supports` are rows of the files, as their labels and coordinates count
         system, empty = without_empty_rows(system)
         if empty.size:
             at.warn(empty_rows_warning(empty, labels))
         remaining = np.delete(np.arange(rows), empty)
         system, supports = without_supports(system)
-        supports = remaining[supports]  # as rows of the files
+        supports = remaining[supports]
         if supports.size:
             (at / "K").warn(supports_warning(supports, labels))
-        undamped_rows = system.n
+        rows_before_damping = system.n
         system, damping_records = _with_damping(system, keys, at, folder, made.damping)
     if coordinates is not None:
-        added_rows = system.n - undamped_rows
+        # damping ratios of a large system add rows, which move no node: see `damped`
+        added_rows = system.n - rows_before_damping
         left_out = np.union1d(empty, supports)
         coordinates = coordinates.without(left_out).with_more_rows(added_rows)
     return SystemFile(

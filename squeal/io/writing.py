@@ -80,10 +80,10 @@ def _replace(target: Path, complete: Path) -> None:
 
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """A temporary folder, whose files and folders move to `folder`, new or not, when all are
-    complete.
+    """A temporary folder, whose files and folders move to `folder` at the end of the context.
 
-    At an error none of them does. Raises InputError.
+    `folder` may exist; files of the same names are replaced. After an error in the context nothing
+    moves. Raises InputError.
     """
     existing = next(parent for parent in (folder, *folder.parents) if parent.is_dir())
     with (
@@ -368,8 +368,9 @@ class Table:
         return lines
 
     def text(self, most: int = SHOWN) -> str:
-        """The table for people, with at most so many rows, the most telling ones in
-        their order; a line says how many were left out between them.
+        """The table for people, with at most `most` rows, those of the highest rank.
+
+        They keep their order; a line stands for the rows that are left out between them.
 
         Examples
         --------
@@ -390,6 +391,7 @@ class Table:
             lines.insert(0, self.title)
 
         def leave_out(count: int) -> None:
+            """Say that `count` rows are left out here."""
             if count:
                 lines.append(f"  ... {count} more rows (all with --json)")
 
