@@ -336,7 +336,7 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
     """
     given = parser.parse_args(arguments)
     has_scene = "scene" in given
-    shown_warnings: list[str] = []  # on any subject, those of the reply among them
+    shown_warnings: list[str] = []  # each text once, those of the reply among them
 
     def warn_once(
         message: Warning | str, category: type[Warning], *_: object, **__: object

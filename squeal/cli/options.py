@@ -44,9 +44,9 @@ def numbers(
 ) -> Read:
     """A reader of finite numbers between colons, such as those of 0:0.6:61.
 
-    allowed: says in a refusal which numbers are allowed; holds: whether given numbers are, a
-    function of as many arguments as the option has numbers; convert: makes the option's value from
-    the numbers, a tuple of them if left out.
+    allowed: says in a refusal which numbers are allowed; holds: whether the numbers are allowed,
+    called with one argument for each; convert: makes the option's value from the numbers, called
+    alike; left out, the value is a tuple of them.
     """
 
     def read(text: str) -> Any:

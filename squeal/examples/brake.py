@@ -527,7 +527,7 @@ def write_tables(folder: Path, brake: SolidBrake) -> None:
 
 
 def write_parts(folder: Path, brake: SolidBrake) -> None:
-    """Disc and pad, a folder each, the pairs of their nodes and the file that joins them."""
+    """Write disc and pad, a folder each, the pairs of their nodes and the file that joins them."""
     contact = brake.contact
     first, second = contact.pairs.T.tolist()
     rows_of_pairs = zip(first, second, contact.area.tolist(), strict=True)

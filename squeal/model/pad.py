@@ -247,7 +247,7 @@ class Pad:
         return Pad(**(given | changes))
 
     def scaled(self, mass: float, length: float, time: float) -> Pad:
-        """This pad measured in other units (each given in the present ones).
+        """This pad in other units: `mass`, `length` and `time` are these units in the present ones.
 
         Examples
         --------
