@@ -94,6 +94,8 @@ class Source:
         if "components" in self.document:
             hint += ", one of a component's file by a parameter of its name here"
         keys, key = group.find(name.strip(), at, hint)  # keys: one of each level, outermost first
+        if not text.strip():
+            raise at.refuse("has no value; NAME=VALUE is needed, such as mu=0.3")
         is_left_out = text.strip() == "null"
         value = scalar(text)
         if not is_left_out:

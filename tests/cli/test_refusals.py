@@ -133,7 +133,8 @@ simulate b2.yaml --set F_n=0 --set outputs=[events] --csv x.csv | F_n: 0.0 is no
 be above 0 for the output history
 cycles b1.yaml --over mu:1 | NAME:LOW:HIGH
 cycles b1.yaml --set mu=0.1 --over mu:0.2:0.3 | holds 0.1
-simulate b2.yaml --set mu | --set mu
+simulate b2.yaml --set mu | --set mu: has no value; NAME=VALUE is needed
+simulate b2.yaml --set mu= | --set mu=: has no value
 simulate b2.yaml --set kc=1 | k_c
 simulate b2.yaml --set mu=-1 | --set mu=-1
 simulate b2.yaml --set formulation.line_force=- | it must be one of
