@@ -165,6 +165,18 @@ def assembly_file(
             f"is not allowed; all components are reduced already, up to {lowest:g} Hz"
         )
 
+    # parameters that a matrix depends on, or that stand in a formula of a load or a contact: every
+    # word in the keys of components and contacts may be one of those
+    in_use = {*ASSEMBLY_DEFAULTS, keys.get("parameter")}
+    in_use.update(re.findall(r"\w+", f"{keys['components']} {keys['contact']}"))
+    in_use.update(*(body.system.names for body in all_bodies))
+    unused = file_values.keys() - in_use
+    for name in unused:
+        del file_values[name]
+    cutoff = keys.get("cutoff")
+    if cutoff is None and band is not None:
+        cutoff = 2 * band[1]  # Hz, as the key's default says
+
     def join(bodies: Sequence[Component], values: Parameters, cutoff: float | None) -> Assembly:
         """Join components, reduced or not, in contact at some values of the parameters.
 
@@ -192,17 +204,6 @@ def assembly_file(
 
         return replace(assembly, joined_at=join_at)
 
-    # parameters that a matrix depends on, or that stand in a formula of a load or a contact: every
-    # word in the keys of components and contacts may be one of those
-    in_use = {*ASSEMBLY_DEFAULTS, keys.get("parameter")}
-    in_use.update(re.findall(r"\w+", f"{keys['components']} {keys['contact']}"))
-    in_use.update(*(body.system.names for body in all_bodies))
-    unused = file_values.keys() - in_use
-    for name in unused:
-        del file_values[name]
-    cutoff = keys.get("cutoff")
-    if cutoff is None and band is not None:
-        cutoff = 2 * band[1]  # Hz, as the key's default says
     assembly = join(all_bodies, file_values, cutoff)
     warn_of_unused_parameters(unused, assembly.system, at / "parameters")
     return SystemFile(
