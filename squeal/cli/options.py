@@ -314,7 +314,7 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
     for input_path in inputs:
         if isinstance(input_path, Path):
             taken[Path(os.path.realpath(input_path))] = "an input"
-    for name, (_, heads) in FILE_OPTIONS.items():
+    for name, (_, heads) in FILE_OPTIONS.items():  # `heads`: how files begin, by their suffix
         path = getattr(given, name, None)
         if path is None:
             continue

@@ -124,7 +124,7 @@ def assembly_file(
     read_component: Callable[[Path], SystemFile],
     band: tuple[float, float] | None,
 ) -> SystemFile:
-    """The components and the contact of a file, reduced and in static contact, as a system.
+    """The system of the components of a file, reduced and joined in static contact.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def assembly_file(
     at : Place
         Where the document stands, for messages.
     folder : Path
-        The names of files count from it.
+        The folder relative to which files are named.
     read_component : callable
         Reads the system file of a component, which may be an assembly itself.
     band : (float, float) or None

@@ -72,8 +72,8 @@ def _deck_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray
     Loads of one place add. Raises InputError.
     """
     load = np.zeros(body.system.n)
-    nodes = deck_sets(path, "NODE")
-    elements = deck_sets(path, "ELEMENT")
+    node_sets = deck_sets(path, "NODE")
+    element_sets = deck_sets(path, "ELEMENT")
     lines = []
     for line in deck_lines(path):
         _refuse_other_load(line)
@@ -93,10 +93,10 @@ def _deck_load(path: Path, body: Component, coordinates: Coordinates) -> NDArray
         name, kind, text = line.cells[:3]
         value = number_in(text, line.at)
         if line.keyword[0] == "*CLOAD":
-            for node in nodes.get(name.upper(), [name]):
+            for node in node_sets.get(name.upper(), [name]):  # of a set, or a single one
                 _add_force(load, body, coordinates, line, node, value)
         elif line.keyword[0] == "*DLOAD":
-            labels = elements.get(name.upper(), [name])
+            labels = element_sets.get(name.upper(), [name])
             _add_pressure(load, body, _loaded_faces(coordinates, line, labels), value)
         elif kind.upper() != "P":
             raise line.at.refuse(f"{kind} is not read; it must be P, a pressure")

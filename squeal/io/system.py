@@ -427,8 +427,8 @@ def _compare_labels(at: Place, terms: Sequence[TermKeys], files: Sequence[Matrix
     """Warn of rows (node, dof) that M has and K lacks, or K and not M, or C and not K.
 
     Internal nodes, below zero, have no mass and are left out. Returns what is assumed of such
-    rows. Raises InputError where only some matrices have labels, or where a matrix has no row
-    that another one has.
+    rows. Raises InputError if only some matrices have labels, or if a matrix shares no row with
+    the others.
     """
     labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
     occurrences: Counter[tuple[int, int]] = Counter()

@@ -148,7 +148,7 @@ def _refined_peak(signals: np.ndarray, step: float, middle: float, reach: float)
     """
     windowed = _windowed(signals)
     times = step * np.arange(len(signals))
-    for _ in range(3):
+    for _ in range(3):  # the last one samples at a 64th of `reach`
         frequencies = middle + reach * np.linspace(-1.0, 1.0, 9)
         spacing = reach / 4.0  # of neighbouring frequencies
         transform = np.exp(-2j * np.pi * frequencies[:, None] * times) @ windowed

@@ -27,9 +27,10 @@ VALUE_COLUMNS = {"pattern": 0, "complex": 2}  # one of any other type of entry
 def read_matrix_market(path: Path) -> MatrixFile:
     """The matrix of a file of this format. Raises ValueError.
 
-    Its first line reads `%%MatrixMarket matrix coordinate real symmetric`, for example. Behind
-    comments a line of sizes follows, and then the entries: row, column and value, or in an array
-    the values alone, column by column.
+    Its first line reads `%%MatrixMarket matrix coordinate real symmetric`, for example; entries are
+    real, integer, complex (two numbers each) or pattern (no number). Behind comments a line of
+    sizes follows, and then the entries: row, column and value, or in an array the values alone,
+    column by column.
     """
     with path.open(encoding="utf-8-sig", errors=ANY_LETTERS) as stream:
         first_line = stream.readline()
@@ -51,6 +52,7 @@ def read_matrix_market(path: Path) -> MatrixFile:
         value_columns = VALUE_COLUMNS.get(entry_type, 1)
         lines = _without_comments(stream)
         size_line = next((line for line in lines if line.strip()), "")
+        # (entries, index_columns) and (entries, value_columns)
         indices, numbers = read_columns(lines, index_columns, value_columns)
     digits = written_digits(_value_words(path, index_columns, value_columns))
     decimals = written_decimals(_value_words(path, index_columns, value_columns))
@@ -75,13 +77,14 @@ def read_matrix_market(path: Path) -> MatrixFile:
     if entry_type == "integer" and np.any(numbers != np.round(numbers)):
         raise ValueError("entries must be whole numbers, as the first line says")
 
+    # row and column of each entry, from 0: (2, entries)
     if index_columns:
         if indices.min(initial=1) < 1:
             raise ValueError("rows and columns must count from 1")
         positions = indices.T - 1
     elif general:
         positions = np.array(np.unravel_index(np.arange(count), (rows, columns), order="F"))
-    else:  # the lower triangle column by column is the upper one row by row, mirrored
+    else:  # the lower triangle column by column is the transposed upper one row by row
         positions = np.array(np.triu_indices(rows, int(skew)))[::-1]
     values = _values(entry_type, numbers)
     matrix, assumptions = sum_entries(path, positions, values, (rows, columns))

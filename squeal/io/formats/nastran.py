@@ -54,7 +54,7 @@ def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
 def _dmig_cards(text: str) -> list[list[str]]:
     """The fields behind the word DMIG of each such card, with those of its continuations."""
     cards: list[list[str]] = []
-    in_dmig = False  # whether the last card was one
+    in_dmig = False  # whether the last card was a DMIG, to which continuations belong
     for full_line in text.splitlines():
         line = full_line.partition("$")[0].rstrip().expandtabs(8).upper()
         name, fields = _card_fields(line)
