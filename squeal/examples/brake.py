@@ -240,7 +240,7 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
         level += 1
     along_pad = around * PAD // ROUND * level  # elements under the pad, in the direction of phi
     radii = np.linspace(sizes.inner, sizes.outer, 2 * level + 1)
-    angles = 2 * np.pi * np.arange(around * level) / (around * level)
+    angles = 2 * np.pi * np.arange(around * level) / (around * level)  # 2 pi is the first one again
     pad_radii = radii[level:]
     pad_angles = angles[: along_pad + 1]
     disc_heights = np.linspace(-sizes.thickness, 0.0, level + 1)
@@ -265,9 +265,9 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
     ground[3 * back + 2] = sizes.piston * area
     load = np.zeros(coordinates.size)  # N: 1 Pa on the back presses the pad down
     load[3 * back + 2] = -area
+    end_area = (sizes.outer - pad_radii[0]) * sizes.pad_thickness  # where abutments hold the pad
     for end in (0, -1):  # the first and the last angle of the pad
         nodes_of_end = pad[:, end, :].ravel()
-        end_area = (sizes.outer - pad_radii[0]) * sizes.pad_thickness
         area_of_node = end_area / len(nodes_of_end)
         for along in (0, 1):  # x, y
             ground[3 * nodes_of_end + along] += sizes.abutment * area_of_node
@@ -281,9 +281,11 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
     C = csc_array(alpha * M + beta * K)
 
     def terms(matrix: csc_array, kept: NDArray[np.intp]) -> tuple[Term]:
+        """The rows and columns `kept` of a matrix, as the only term of a part."""
         return (Term(matrix[kept][:, kept]),)
 
     def body(name: str, kept: NDArray[np.intp]) -> Component:
+        """The body that has the rows `kept`, without contact."""
         nodes = kept // 3
         return Component(
             TermSystem(terms(M, kept), terms(C, kept), terms(K, kept), name=name),

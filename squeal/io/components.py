@@ -388,7 +388,7 @@ def _face_contact(
 POINT_COLUMNS = ("point", "first", "first_weight", "second", "second_weight")
 NORMAL_COLUMNS = ("nx", "ny", "nz")
 PLACE_COLUMNS = ("x", "y", "z")
-WEIGHT_ROUNDING = 1e-3  # a weight of nodes that do not move is written above
+WEIGHT_ROUNDING = 1e-3  # of a sum of weights; more is the weight of nodes that do not move
 MOST_WEIGHT = 1.05  # sum of the weights of a point, which may be printed to two digits
 
 
