@@ -64,7 +64,7 @@ def run(given: argparse.Namespace) -> Reply:
     source = given.source
     subject = source.subject()
     _check_options(given, subject)
-    selection = {
+    settings = {  # of the spectrum and of the sweep alike
         "band": given.band,
         "region": given.region,
         "modes": given.modes,
@@ -73,12 +73,13 @@ def run(given: argparse.Namespace) -> Reply:
         "workers": given.workers,
     }
     sweep = None
-    estimate = None  # a sweep whose roots serve, since no option needs those of the full system
+    # a sweep whose estimated roots serve, if no option needs those of the full system
+    estimate = None
     if given.values:  # of --sweep
-        sweep = _sweep(given, subject, selection)
+        sweep = _sweep(given, subject, settings)
         if sweep.is_first_look and not _needs_full_roots(given):
             estimate = sweep
-    spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)
+    spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **settings)
     pairs = squeal.compare(spectrum, given.test) if given.test else None
     if sweep:
         if pairs:
@@ -100,14 +101,17 @@ def run(given: argparse.Namespace) -> Reply:
 
 
 def _sweep(
-    given: argparse.Namespace, subject: "Scene | SystemFile", selection: dict[str, Any]
+    given: argparse.Namespace, subject: "Scene | SystemFile", settings: dict[str, Any]
 ) -> Sweep:
-    """The sweep over the values of --sweep, whose modes are numbered at that of --at, if given."""
+    """The sweep over the values of --sweep, whose modes are numbered at that of --at, if given.
+
+    settings: arguments of `squeal.sweep`.
+    """
     swept = subject
     if given.at is not None and not isinstance(subject, Scene):
         system = subject.system  # modes are numbered at its own value of the parameter
         swept = replace(subject, system=system.replace({system.parameter: given.at}))
-    return squeal.sweep(swept, given.values, method=given.method, **selection)
+    return squeal.sweep(swept, given.values, method=given.method, **settings)
 
 
 def _needs_full_roots(given: argparse.Namespace) -> bool:
