@@ -157,7 +157,7 @@ def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]
     array_class = flag_word & 0xFF  # the lowest byte; the flags stand in the next one
     is_complex = bool(flag_word >> 8 & COMPLEX)
     full_name = prefix + name.data.decode("latin-1")
-    if not full_name or len(shape) != 2:
+    if not full_name or len(shape) != 2:  # no matrix that a key can name
         return
     if min(shape) < 0:
         raise ValueError
@@ -165,7 +165,7 @@ def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]
         yield from _struct(parts, order, full_name, math.prod(shape))
     elif array_class == ArrayClass.SPARSE:
         indices, values = _numbers(parts, order, is_complex)
-        rows, starts = map(_integers, indices)
+        rows, starts = map(_integers, indices)  # the row of each entry; where columns start
         count = starts[-1]
         if not 0 <= count <= min(len(rows), len(values)):
             raise ValueError
