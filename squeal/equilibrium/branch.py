@@ -104,7 +104,8 @@ class Branches:
 
         There is none beyond `mu_end`.
         """
-        # complex numbers are sorted by their real parts, then by their imaginary ones
+        # the last node of each pad up to mu. NumPy sorts complex numbers by their real parts, then
+        # by their imaginary ones, and nodes are in this order
         keys = self.owner + 1j * self.z[3]
         node = np.maximum(np.searchsorted(keys, pad + 1j * mu, side="right") - 1, 0)
         z = take_columns(self.z, node)
@@ -238,7 +239,8 @@ def _first_front(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> _Fr
         slope, determinant_sign = statics.tangents(z, 1.0 * touching, mu_rows)
     # mu rises along dz/dmu: without friction no branch turns back
     ahead = slope * scale
-    displacement = np.sqrt((ahead[:3] ** 2).sum(axis=0))
+    displacement = np.sqrt((ahead[:3] ** 2).sum(axis=0))  # by friction 1, to first order
+    # at least 1e-3, for pads that friction hardly displaces: with 0 mu would count for nothing
     scale[3] = np.where(np.isfinite(displacement), np.maximum(displacement, 1e-3), 1.0)
     ahead[3] = scale[3]
     return _Front(
@@ -411,28 +413,34 @@ class _Front(NamedTuple):
             has_passed = passed(middle).any(axis=0)
             before = np.where(has_passed, before, middle)
             after = np.where(has_passed, middle, after)
-        passed_events = passed(after)
-        event = np.argmax(passed_events, axis=0)
-        is_change = event < len(self.touching)
-        # events other than changes of contact are numbered from the last row back, as in `Event`
-        event = np.where(is_change, event, event - len(passed_events))
         guess = polyval(after, curve, tensor=False)
-        surface = None if fold else self._event_surface(event, guess)
-        z, tangent, slope, good = self.corrected(guess, surface)
         if fold:
-            event = np.full(event.size, Event.FOLD)
+            event = np.full(after.size, Event.FOLD)
+            located = self.corrected(guess, None)
         else:
-            # where another event is passed already, this one is not the first
-            others = self.statics.passed_events(z, 1.0 * self.touching, self.mu_max)
-            others[event, np.arange(event.size)] = False
-            # a gap has to pass zero in the sense that changes the contact: the event function,
-            # whose derivative by z is `slope`, rises along the tangent
-            rate = (slope * tangent / self.scale).sum(axis=0)
-            good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_change)
-            # to the last digit
-            z[3] = np.where(event == Event.RANGE_END, self.mu_max, z[3])
-        good &= self._lies_on_step(z, new)
-        return _Corrected(z, tangent, slope, good), event
+            passed_events = passed(after)
+            row = np.argmax(passed_events, axis=0)  # of the first event that has been passed
+            # the last rows are those of RANGE_END = -1 and TILTED = -2, counted from the end
+            event = np.where(row < len(self.touching), row, row - len(passed_events))
+            located = self._corrected_to_event(event, guess)
+        good = located.good & self._lies_on_step(located.z, new)
+        return located._replace(good=good), event
+
+    def _corrected_to_event(self, event: np.ndarray, guess: np.ndarray) -> _Corrected:
+        """Events other than folds, by their numbers (k,), located from guesses (4, k) by Newton's
+        method; `good` is false where that fails or where another event comes first."""
+        z, tangent, slope, good = self.corrected(guess, self._event_surface(event, guess))
+        # where another event is passed already, this one is not the first
+        others = self.statics.passed_events(z, 1.0 * self.touching, self.mu_max)
+        others[event, np.arange(event.size)] = False
+        # a gap has to pass zero in the sense that changes the contact: the event function, whose
+        # derivative by z is `slope`, rises along the tangent
+        rises = (slope * tangent / self.scale).sum(axis=0) > 0.0
+        is_change = event >= 0
+        good &= ~others.any(axis=0) & (rises | ~is_change)
+        # Newton's method leaves mu next to the end of the range; the end itself is meant
+        z[3] = np.where(event == Event.RANGE_END, self.mu_max, z[3])
+        return _Corrected(z, tangent, slope, good)
 
     def _event_surface(self, event: np.ndarray, z: np.ndarray) -> np.ndarray:
         """The conditions (points + 5, k) that hold at events, linear in the gaps and in z.
@@ -501,14 +509,14 @@ class _Front(NamedTuple):
         is_last &= self.ahead[3] >= RISE
         normal = np.where(is_last, ALONG_MU, self.ahead * self.scale)
         guess[3] = np.where(is_last, self.mu_max, guess[3])
-        plane = self.no_surface()
+        plane = self.no_surface()  # normal . z = normal . guess
         plane[-5:-1] = normal
         plane[-1] = (normal * guess).sum(axis=0)
         z, tangent, slope, good = self.corrected(guess, plane)
         z[3] = np.where(is_last, self.mu_max, z[3])
         with np.errstate(all="ignore"):
-            correction = (((z - guess) * self.scale) ** 2).sum(axis=0)
-            good &= correction <= (CORRECTION * self.step) ** 2
+            squared_correction = (((z - guess) * self.scale) ** 2).sum(axis=0)
+            good &= squared_correction <= (CORRECTION * self.step) ** 2
         good &= (tangent * self.ahead).sum(axis=0) >= COSINE
         good &= self.turns_at_most_once(z, tangent)
         return _Corrected(z, tangent, slope, good)
@@ -518,10 +526,9 @@ class _Front(NamedTuple):
 
         A step with an event that cannot be located may not be taken.
         """
-        z = np.where(corrected.good, corrected.z, self.z)
-        tangent = corrected.tangent.copy()
-        slope = corrected.slope.copy()
-        good = corrected.good.copy()
+        steps = _Corrected(*map(np.copy, corrected))
+        z, tangent, _, good = steps
+        z[:, ~good] = self.z[:, ~good]  # steps that may not be taken have no length here
         event = np.full(good.size, Event.NONE)
         shares = np.linspace(0.0, 1.0, CHECKS + 1)
         # first cut off at a fold, then at the other events on the way to it
@@ -532,6 +539,7 @@ class _Front(NamedTuple):
             i = np.flatnonzero(good & any_passed.any(axis=0))  # the steps with an event
             if not i.size:
                 continue
+            # an event is first passed at check `first`, which lies at shares[first + 1]
             first = np.argmax(take_columns(any_passed, i), axis=0)
             low = shares[first]
             high = shares[first + 1]
@@ -539,13 +547,11 @@ class _Front(NamedTuple):
             located, event[i] = with_event.located_event(
                 take_columns(z, i), take_columns(curve, i), low, high, fold
             )
-            z[:, i] = located.z
-            tangent[:, i] = located.tangent
-            slope[:, i] = located.slope
-            good[i] = located.good
+            for array, at_event in zip(steps, located, strict=True):
+                array[..., i] = at_event
         # a step that goes just to the end of the range has not passed it
         event[good & (event == Event.NONE) & (z[3] == self.mu_max)] = Event.RANGE_END
-        return _Corrected(z, tangent, slope, good), event
+        return steps, event
 
     def up_to_range_end(self) -> _Front:
         """The front with steps that are cut off where their tangents reach the end of the range."""
@@ -639,6 +645,7 @@ class _Front(NamedTuple):
         if changed.size:
             on = 1.0 * take_columns(touching, changed)
             statics = self.statics.pick(changed)
+            # along these tangents the event function rises, at the rate slope . tangent = 1
             new_tangent, _ = statics.tangents(
                 take_columns(z, changed), on, take_columns(slope, changed)
             )
@@ -664,6 +671,7 @@ class _Front(NamedTuple):
         reasons = {
             BranchEnd.SEPARATED: separated,
             BranchEnd.REACHED: event == Event.RANGE_END,
+            # past a change of contact mu may fall along the branch at once
             BranchEnd.FOLD: (event == Event.FOLD) | (ahead[3] < 0.0),
             BranchEnd.TILTED: event == Event.TILTED,
             BranchEnd.UNBOUNDED: far,

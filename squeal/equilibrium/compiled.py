@@ -153,7 +153,8 @@ def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
         z = [term + share * higher for term, higher in zip(of_power, z, strict=True)]
     excesses = []
     for touches, gap, bound in zip(on, *_gaps_and_rounding(law, z), strict=True):
-        excesses.append((2.0 * touches - 1.0) * gap - bound)
+        outwards = 2.0 * touches - 1.0  # 1 for a point that touches, else -1
+        excesses.append(outwards * gap - bound)
     excesses.append(_size(THETA_0 + z[2] / C.w) - np.pi / 2)
     excesses.append(z[3] - range_end - RANGE_ROUNDING * range_end)
     return hy.cfunc(excesses, vars=[share, *on, range_end, *curve])

@@ -26,17 +26,20 @@ def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.
         alpha, beta = damping.rayleigh
         everywhere = np.ones(A.shape[:-2], dtype=bool)
         return alpha * np.eye(3) + beta * symmetric, everywhere
-    squares, modes = np.linalg.eigh(symmetric)
+    squares, modes = np.linalg.eigh(symmetric)  # w_i^2, rising, and v_i
     rates = 2 * np.array(damping.ratios) * np.sqrt(np.maximum(squares, 0.0))
     B = modes * rates[..., None, :] @ np.swapaxes(modes, -1, -2)
+    # a w_1^2 of 0 may be rounded to a little below it
     return B, squares[..., 0] >= -1e-12 * squares[..., -1]
 
 
 def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) -> np.ndarray:
     """The derivative (3, 3) of `normalised_damping` where A (3, 3) changes by dA.
 
-    By the formula of Daleckii and Krein for a function of a symmetric matrix; NaN where two modes
-    of one frequency have different ratios.
+    Modal damping is a function f(w^2) = 2 z w of the symmetric part S of A. By the formula of
+    Daleckii and Krein dB = V (Q * (V' dS V)) V' with the modes V of S, where * multiplies entry by
+    entry and Q_ij = (f_i - f_j) / (w_i^2 - w_j^2), or f' = z / w for equal frequencies. NaN where
+    two modes of one frequency have different ratios.
     """
     symmetric = (A + A.T) / 2
     change = (dA + dA.T) / 2
@@ -46,15 +49,14 @@ def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) ->
     squares, modes = np.linalg.eigh(symmetric)
     w = np.sqrt(np.maximum(squares, 0.0))
     z = np.array(damping.ratios)
-    # differences of f(w^2) = 2 z w over those of w^2; where these vanish the derivative f' = z / w
-    distances = np.subtract.outer(squares, squares)
+    square_differences = np.subtract.outer(squares, squares)  # (3, 3)
     with np.errstate(divide="ignore", invalid="ignore"):
         derivatives = np.where(z > 0.0, z / w, 0.0)
         same_ratio = np.equal.outer(z, z)
         at_one_frequency = np.where(same_ratio, derivatives, np.nan)
-        at_two_frequencies = 2 * np.subtract.outer(z * w, z * w) / distances
-    quotients = np.where(distances == 0.0, at_one_frequency, at_two_frequencies)
-    return modes @ (quotients * (modes.T @ change @ modes)) @ modes.T
+        at_two_frequencies = 2 * np.subtract.outer(z * w, z * w) / square_differences
+    Q = np.where(square_differences == 0.0, at_one_frequency, at_two_frequencies)
+    return modes @ (Q * (modes.T @ change @ modes)) @ modes.T
 
 
 def damping_matrix(scene: Scene) -> np.ndarray:
@@ -71,11 +73,13 @@ def damping_matrix(scene: Scene) -> np.ndarray:
     if damping.matrix is not None:
         return np.array(damping.matrix)
     M, _, K = linearise(*without_friction(scene))
-    root = np.sqrt(np.diag(M))
-    B, stable = normalised_damping(damping, K / np.outer(root, root))
-    if not stable:
+    # M is diagonal: in the coordinates sqrt(M) q the mass matrix is 1, K is A and C is B
+    root_M = np.sqrt(np.diag(M))
+    A = K / np.outer(root_M, root_M)
+    B, exists = normalised_damping(damping, A)
+    if not exists:
         raise ComputationError(UNSTABLE)
-    return root[:, None] * B * root
+    return root_M[:, None] * B * root_M
 
 
 def damped_model(scene: Scene) -> PadModel:

@@ -54,7 +54,7 @@ def equilibrium_in_si(
     statics: Statics, z: np.ndarray, state: State, on_branch: bool = False
 ) -> Equilibrium | None:
     """The equilibrium z (4,) of one pad in SI units; None where the surfaces do not press on each
-    other.
+    other. on_branch: whether it was reached from mu = 0.
 
     Where rounding hides how they press, an equilibrium that exceeds a limit of the excursion gets
     one more warning; for one within the limits ComputationError is raised.
@@ -68,8 +68,9 @@ def equilibrium_in_si(
         excesses += (WHY_UNRESOLVED,)
     units = statics.units
     R_n, delta = statics.resultant(z, state)
-    # in partial contact that of the integral law in every formulation
-    potential = statics.model.energy(statics.q(z), np.zeros(3), state)
+    # in partial contact the contact's energy is that of the integral law, whatever the formulation
+    at_rest = np.zeros(3)  # the velocities
+    potential = statics.model.energy(statics.q(z), at_rest, state)
     x, y, theta = statics.to_si(z).tolist()
     return Equilibrium(
         q=(x, y, theta),
@@ -138,11 +139,12 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     touching = np.repeat(states, per_state * n, axis=1)
     starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     statics_of_tries = statics.pick(np.tile(np.arange(n), tries))
-    z, _, balanced = statics_of_tries.solve_balance(starts, touching, 60)
-    with np.errstate(all="ignore"):  # where there is none
+    z, _, balanced = statics_of_tries.solve_balance(starts, touching, passes=60)
+    at_rest = np.zeros(3)  # the velocities
+    with np.errstate(all="ignore"):  # tries that led to no equilibrium
         is_equilibrium = balanced & statics_of_tries.is_consistent(z, touching)
         presses = is_equilibrium & statics_of_tries.presses(z)
-        energy = statics_of_tries.model.energy(statics_of_tries.q(z), np.zeros(3), touching)
+        energy = statics_of_tries.model.energy(statics_of_tries.q(z), at_rest, touching)
         energy = np.where(is_equilibrium, energy, np.inf)
     return _Search(
         statics=statics_of_tries,
@@ -161,10 +163,11 @@ def _least_energy(statics: Statics, n: int) -> Equilibria:
     surface with less energy than any that presses.
     """
     search = _search(statics, _near_seeds(statics, n))
+    # the statics of the search are of tries * n pads in one row
     touching = search.touching.reshape(len(search.touching), -1)
-    with np.errstate(all="ignore"):  # where there is none
+    with np.errstate(all="ignore"):  # tries that led to no equilibrium
         excursions = excursion(search.statics, search.z.reshape(4, -1), touching)
-        beyond = excursions.beyond().any(axis=0).reshape(-1, n)
+        beyond = excursions.beyond().any(axis=0).reshape(-1, n)  # (tries, n), as all that follow
         admissible = search.presses & ~beyond
         # without an admissible one all that press count, unless the pad hangs free of the surface
         # in its springs with less energy
@@ -193,7 +196,9 @@ def frictionless_equilibria(statics: Statics, n: int) -> Equilibria:
     the equilibrium of least potential energy counts.
     """
     without_friction = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
-    z, determinant_sign, balanced = without_friction.solve_balance(np.zeros((4, n)), None, 40)
+    z, determinant_sign, balanced = without_friction.solve_balance(
+        np.zeros((4, n)), touching=None, passes=40
+    )
     touching = without_friction.gaps(z) < 0.0
     turns_back = statics.model.law.sign > 0.0
     is_stiff = determinant_sign == -1.0  # the static stiffness has a positive determinant

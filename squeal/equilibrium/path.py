@@ -148,7 +148,7 @@ class Path:
             before = branch.touching[:, node - 1]
             changed = np.flatnonzero(before != branch.touching[:, node])
             error = max(error, self._rounding_of_mu(branch.z[:, node, None], before, changed))
-        return float(error)
+        return error
 
     def _rounding_of_mu(self, z: np.ndarray, before: np.ndarray, changed: np.ndarray) -> float:
         """How far rounding may move the mu of a change of contact or a fold, to first order.
@@ -168,35 +168,44 @@ class Path:
             Numbers of the contact points whose gap vanishes there; none at a fold.
         """
         statics = self.statics
-        law = statics.model.law
         touching = 1.0 * before[:, None]
         # the conditions, balance and gaps that vanish, at z, and their derivative J by z
         balance, balance_slope = statics.linearised(z, touching)
         gaps, gap_slopes = with_derivative(statics.gaps, z)
         residual = np.concatenate([balance, gaps[changed]])[..., 0]
         J = np.concatenate([balance_slope, gap_slopes[changed]])[..., 0]
-        # d mu = weights . d residuals, where J' weights = e_mu: four equations for four weights. At
-        # a fold three weights solve them, since mu is stationary along the branch
+        # to first order J dz = d residual, so that d mu = weights . d residual where
+        # J' weights = e_mu = (0, 0, 0, 1): four equations for four weights. At a fold three
+        # weights solve them, since mu is stationary along the branch
         weights = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
-        # derivatives of the conditions by relative changes of each coefficient, by complex steps
-        sizes = np.array(statics.model.c._replace(mu=z[3, 0]), dtype=float)
-        shifted = Coefficients(*(sizes[:, None] * (1.0 + 1j * STEP * np.eye(sizes.size))))
-        q = shifted.xy_theta(z.astype(complex))
-        f = net_loads(np, shifted, law, q, touching[:, 0])
-        shifted_gaps = law.gaps(shifted, pose_of(np, q))
-        # the moment over w, as in the residual of the statics
-        rows = [f.x, f.y, f.moment / statics.model.pad.w, *(shifted_gaps[i] for i in changed)]
-        rates = np.imag(np.broadcast_arrays(*rows)) / STEP  # (conditions, coefficients)
-        # the rate by a coefficient to which a load is proportional is that load; each of its
-        # entries has a rounding of its own
-        load_sizes = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
-        shift = np.abs(weights @ rates).sum() + (np.abs(weights) @ np.abs(load_sizes)).sum()
+        rates = self._rates_of_conditions(z, touching, changed)
+        by_coefficients = np.abs(weights @ rates).sum()
+        # a load k u or F_n is its own derivative by the relative change of k or F_n: the columns
+        # of these coefficients are the loads, and each entry has a rounding of its own
+        loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
+        by_loads = (np.abs(weights) @ np.abs(loads)).sum()
+        left_by_newton = abs(weights @ residual)
         # rounding puts the node of a fold beside the top of the branch, so that its mu is too small
         below_top = 0.0 if changed.size else self._depth_below_top(z, touching)
-        mu = z[3, 0]
-        return float(
-            COEFFICIENT_ERROR * shift + below_top + abs(weights @ residual) + np.spacing(mu)
-        )
+        shift = COEFFICIENT_ERROR * (by_coefficients + by_loads)
+        return float(shift + below_top + left_by_newton + np.spacing(z[3, 0]))
+
+    def _rates_of_conditions(
+        self, z: np.ndarray, touching: np.ndarray, changed: np.ndarray
+    ) -> np.ndarray:
+        """Derivatives (3 + j, coefficients) of the conditions of `_rounding_of_mu` at z (4, 1) by
+        relative changes of each coefficient: of the balance of x, y and theta in the contact state
+        `touching` (points, 1), then of the gaps `changed` (j,)."""
+        model = self.statics.model
+        # by complex steps: in column i coefficient i is shifted
+        values = np.array(model.c._replace(mu=z[3, 0]), dtype=float)
+        shifted = Coefficients(*(values[:, None] * (1.0 + 1j * STEP * np.eye(values.size))))
+        q = shifted.xy_theta(z.astype(complex))
+        f = net_loads(np, shifted, model.law, q, touching[:, 0])
+        gaps = model.law.gaps(shifted, pose_of(np, q))
+        # the moment over w, as in the residual of the statics
+        rows = [f.x, f.y, f.moment / model.pad.w, *(gaps[i] for i in changed)]
+        return np.imag(np.broadcast_arrays(*rows)) / STEP
 
     def _depth_below_top(self, z: np.ndarray, state: np.ndarray) -> float:
         """How far mu at z (4, 1), where rounding of the determinant put a fold, is below the top of

@@ -122,7 +122,7 @@ def newton(
     """
     k = start.shape[1]
     x = np.empty_like(start)
-    derivatives = np.empty(0)
+    derivatives = np.empty(0)  # until the first step shows their shape
     converged = np.zeros(k, dtype=bool)
     going = np.arange(k)  # numbers of the pads that have not ended
     present = start  # unknowns of these pads
@@ -265,8 +265,7 @@ class Statics:
     def is_consistent(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
         """Where (k,) a solution z (4, k) of the balance in a contact state (points, k) holds: its
         gaps agree with the state, to rounding, and its lower face faces the surface."""
-        gaps = self.gaps(z)
-        rounding = self.rounding(z)
+        gaps, rounding = self.gaps_and_rounding(z)
         # the loads have to balance in the state of the gaps as well, which differs from `touching`
         # where one is rounding: the line law has a pole where both gaps vanish
         with np.errstate(all="ignore"):
@@ -382,17 +381,22 @@ class Statics:
         c = self.model.c
         sizes = Pose(*map(np.abs, pose_of(np, tuple(self.q(z)))))
         _, J = self.linearised(z, on)
-        of_springs = 0.0
+        spring_forces = 0.0  # both springs' stiffness times the sizes of all terms of x and y
         for stiffness, rx, ry in ((c.k1, c.r1x, c.r1y), (c.k2, c.r2x, c.r2y)):
-            # the displacement is x + C rx - S ry: the sizes of its terms add up for -|ry|
-            along, _ = sizes.displacement(np.abs(rx), -np.abs(ry))
-            of_springs = of_springs + stiffness * (along + sizes.rise(np.abs(rx), np.abs(ry)))
+            # the corner moves by x + C rx - S ry and by y + S rx + C ry. With sizes in place of the
+            # numbers all terms have to add up: in the first sum those of -|ry| do
+            size_x, _ = sizes.displacement(np.abs(rx), -np.abs(ry))
+            size_y = sizes.rise(np.abs(rx), np.abs(ry))
+            spring_forces = spring_forces + stiffness * (size_x + size_y)
         # upper corners have arms of up to w + h, and the third load is the moment over w
-        load_rounding = np.ones(z.shape[1]) * (ROUNDING * (of_springs + c.F_n) * (1.0 + c.h / c.w))
-        # changes (3, k) of all loads by rounding, of each of three loads, then of each of two gaps
+        arm = 1.0 + c.h / c.w
+        load_rounding = np.ones(z.shape[1]) * (ROUNDING * (spring_forces + c.F_n) * arm)
+        # five causes, rounding of each of the three loads and then of each of the two gaps; what
+        # each one changes of the loads is an array (3, k)
         load_changes = [*np.eye(3)[:, :, None] * load_rounding]
         largest_gap_rounding = np.max(self.rounding(z), axis=0)
         for name in ("gap_l", "gap_t"):
+            # the derivative of the loads by this gap, by a complex step
             shifted = c._replace(mu=z[3], **{name: getattr(c, name) + 1j * STEP})
             f = net_loads(np, shifted, self.model.law, c.xy_theta(z), on)
             slopes = np.imag(np.broadcast_arrays(f.x, f.y, f.moment / c.w)) / STEP
@@ -414,9 +418,10 @@ class Statics:
                 moved = z.copy()
                 moved[i] += moved_by[i]
                 error += np.abs(self.stiffness(moved, on) - K)
-            # of any corner, whose arm is at most w + h; moved_by[2] is w times the angle
-            tip = moved_by[1] + moved_by[2] * (1.0 + self.model.c.h / self.model.c.w)
-            is_hidden = np.any(np.abs(self.gaps(z)) <= tip, axis=0)
+            # how far rounding moves the height of any corner, whose arm is at most w + h:
+            # y moves it by moved_by[1], the angle moved_by[2] / w by (w + h) times the angle
+            corner_rise = moved_by[1] + moved_by[2] * (1.0 + self.model.c.h / self.model.c.w)
+            is_hidden = np.any(np.abs(self.gaps(z)) <= corner_rise, axis=0)
         return np.where(is_hidden | ~np.isfinite(error), np.inf, error)
 
     def determinant_sign(self, derivatives: np.ndarray) -> np.ndarray:
@@ -475,8 +480,8 @@ def gap_rounding(
 ) -> list[Number]:
     """How far rounding of its summands may move each gap, by the sizes of all numbers.
 
-    sizes, initial_gap, at: absolute values of the coefficients, of the summands of the initial gap,
-    and of the pose.
+    sizes, initial_gap, pose: absolute values of the coefficients, of the summands of the initial
+    gap, and of the pose.
     """
     # each gap with every term of its sum positive
     sums = law.gaps(sizes._replace(gap_l=initial_gap, gap_t=initial_gap), pose)
@@ -543,7 +548,8 @@ def excursion(statics: Statics, z: np.ndarray, touching: Touching) -> Excursion:
     initial = np.zeros_like(z)
     initial[3] = z[3]
     touching_at_first = statics.gaps(initial) < 0.0
-    with np.errstate(all="ignore"):  # no place where there is no force; a pad without any load
+    # a resultant without a force has no position, 0/0, and a pad may have no load to compare with
+    with np.errstate(all="ignore"):
         initial_reaction, _ = statics.resultant(initial, 1.0 * touching_at_first)
         pressed = np.where(touching_at_first.any(axis=0), initial_reaction, 0.0)
         reaction, _ = statics.resultant(z, np.asarray(touching, dtype=float))
