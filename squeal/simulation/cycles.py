@@ -56,9 +56,10 @@ def transition_matrix(model: PadModel, segment: Segment) -> np.ndarray:
     identity = np.eye(6)
     h = steps.h[:, None, None] / SUBSTEPS
     shares = np.linspace(0.0, 1.0, 2 * SUBSTEPS + 1)  # ends and middles of the substeps
+    # of each step its states at these shares, (6, shares, s)
     states = np.stack([steps.states(np.full(len(h), share)) for share in shares], axis=1)
     slopes = complex_step(lambda state: state_rates(model, state, steps.on), states)
-    A = slopes.transpose(2, 3, 0, 1)  # (shares, s, 6, 6)
+    A = slopes.transpose(2, 3, 0, 1)  # from (6, 6, shares, s) to (shares, s, 6, 6)
     matrices = np.broadcast_to(identity, (len(h), 6, 6))
     for substep in range(SUBSTEPS):
         k1, A_middle, A_end = A[2 * substep : 2 * substep + 3]
@@ -178,9 +179,9 @@ class Shooting:
         dense: bool = False,
         since: float = 0.0,
     ) -> Segment:
-        """The motion from a state (6,) over some time, `since` a time that has passed before.
+        """The motion from a state (6,) over some time. Raises ComputationError.
 
-        Raises ComputationError.
+        since: the time that has passed before; messages of errors add it to theirs.
         """
         model = self.model(value)
         integrator = make_integrator(model, TOLERANCE, "auto")
@@ -233,10 +234,9 @@ class Shooting:
                     # along the branch all equations stay satisfied but the last, which rises by 1
                     tangent = np.linalg.solve(J, np.eye(8)[7])
                     return Point(cycle, tangent / np.linalg.norm(tangent))
-                residual = np.zeros(8)
-                residual[:6] = end - state
-                residual[6] = across @ (state - guess[:6])
-                residual[7] = orthogonal_to @ (x - guess)
+                off_plane = across @ (state - guess[:6])
+                off_direction = orthogonal_to @ (x - guess)
+                residual = np.array([*(end - state), off_plane, off_direction])
                 x = x - np.linalg.solve(J, residual)
             except np.linalg.LinAlgError:
                 break
@@ -350,6 +350,7 @@ class Shooting:
         low, high = ends
         members: list[Cycle] = []
         start = self.solve(first.unknowns)
+        # of the two directions of the branch the one in which the value goes `towards`
         sense = np.sign(start.direction[VALUE]) * towards
         present = Point(start.cycle, sense * start.direction)
         step = longest_step
@@ -406,9 +407,9 @@ class Shooting:
         """
         has_fold = any(cycle.turn == "fold" for cycle in turns)
         in_order = [before, *turns, after]
-        for passed in range(len(in_order) - 1):
-            a = in_order[passed]
-            b = in_order[passed + 1]
+        for turns_before in range(len(in_order) - 1):
+            a = in_order[turns_before]
+            b = in_order[turns_before + 1]
             if (a.value - first.value) * (b.value - first.value) < 0.0:
                 # interpolate between cycles whose values enclose that of the first one: without a
                 # fold the value is monotone over the step, so that its well-separated ends do
@@ -416,7 +417,7 @@ class Shooting:
                 at_first_value = self._between(*enclosing, first.value)  # one cycle, or none
                 for cycle in at_first_value:
                     if abs(cycle.period / first.period - 1.0) < RETURNED:
-                        return turns[:passed] + at_first_value
+                        return turns[:turns_before] + at_first_value
         return None
 
     def _between(self, cycle: Cycle, beyond: Cycle, value: float) -> list[Cycle]:
@@ -442,6 +443,7 @@ class Shooting:
             low = 0.0  # distance along the step up to which changes are located
             at_low = test(first)
             at_end = test(last)
+            # the value may change several times: each pass goes on behind the last change
             while at_low != at_end and low < step:
                 high, after = self._first_change(first, test, at_low, low, (step, last))
                 # a pair of real multipliers with product 1 may change the test function too, but
@@ -527,6 +529,7 @@ def _first_return(segment: Segment) -> tuple[np.ndarray, float] | None:
     """
     _, point, t, state = segment.changes
     contact = segment.contact_after_changes
+    # changes after which the point that has changed does not touch
     separations = np.flatnonzero(contact[point, np.arange(len(t))] == 0)
     if not separations.size:
         return None

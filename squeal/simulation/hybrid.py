@@ -255,7 +255,8 @@ def first_contact(model: PadModel, state: np.ndarray, step: float = FIRST_STEP) 
     if np.any(on_surface):
         k1 = state_rates(model, start)
         k2 = state_rates(model, start + step * k1)
-        # the acceleration a adds a h^2 / 2 + (da/dt) h^3 / 6, where da/dt is (k2 - k1) / h
+        # x + v dt + a dt^2/2 + (da/dt) dt^3/6 with dt = step; a is the last half of k1, and da/dt
+        # that of (k2 - k1)/dt, so that both terms of a add up to (2 k1 + k2) dt^2/6
         moved = start[:3] + step * start[3:] + step**2 / 6 * (2 * k1 + k2)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
         change = model.gaps(model.c.xy_theta(moved)) - gaps
@@ -280,7 +281,7 @@ def off_level(model: PadModel, state: np.ndarray, contact: np.ndarray) -> np.nda
     if not np.any(turn):
         return state
     turned = np.array(state)
-    turned[2] += turn  # w theta
+    turned[2] += turn  # w theta, which lowers the leading edge
     return turned
 
 

@@ -23,6 +23,8 @@ UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
 SAMPLES_PER_STEP = 8  # from 3 to 20; peaks between them are located afterwards
 LAST = 0.25  # share of the run that is its last part
 PARTS = 20  # equal parts of the run whose kinetic energies are compared
+CELLS_OF_PART = 200  # of each part: equal cells, each with one sample of the kinetic energy
+MOST_SAMPLES = 32_768  # 1,300 periods of the fastest motion, which tell its frequency well
 LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
 PERIODS = 4  # least number of periods that show a frequency
 STEADY = 0.1  # largest change of an amplitude that counts as steady
@@ -83,7 +85,7 @@ class Grid:
         promising = np.flatnonzero(high + 0.5 * (high - low) > threshold)
         parabola, column, share = self._tops(values[:, promising], threshold[promising])
         step = promising[column]
-        if not step.size:
+        if not step.size:  # all three are empty
             return Peaks(step, share, value=share)
         least = self.shares[parabola]
         most = self.shares[parabola + 2]
@@ -114,15 +116,16 @@ class Grid:
         number (m,) of its step, and share (m,) of the step at which the top lies.
         """
         shares = self.shares[:, None]
-        # the share at which each top lies, and its height over the middle sample
         slopes = np.diff(values, axis=0) / np.diff(shares, axis=0)
         # the parabolas' coefficients of the square: half of their second derivatives
         curvature = np.diff(slopes, axis=0) / (shares[2:] - shares[:-2])
+        # a parabola has the slope of two of its samples in the middle between them
         middles = (shares[1:] + shares[:-1]) / 2.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            top = middles[:-1] - slopes[:-1] / (2.0 * curvature)
-            rise = -curvature * (top - shares[1:-1]) ** 2
-        # each parabola serves the part of the step that is nearest to its middle sample
+            top = middles[:-1] - slopes[:-1] / (2.0 * curvature)  # its share
+            rise = -curvature * (top - shares[1:-1]) ** 2  # its height over the middle sample
+        # each parabola serves the part of the step that is nearest to its middle sample, the first
+        # and the last one up to the ends of the step
         left = middles[:-1].copy()
         right = middles[1:].copy()
         left[0] = 0.0
@@ -180,8 +183,8 @@ class Grid:
         greatest = np.fmax.reduceat(highest, self.first_steps)
         peaks = self.peaks(signal, counted_steps, greatest[motion])
         step = peaks.step
-        # a peak up to one sample before that time counts too, since the time may be the sample
-        # next to that peak
+        # `begin` may be the sample just after a peak that belongs to it: peaks count from one
+        # distance of samples before `begin` on
         widest = np.diff(self.shares).max()
         counts = self.steps.t[step] + self.steps.h[step] * (peaks.share + widest) >= begin[step]
         np.fmax.at(greatest, motion[step[counts]], peaks.value[counts])
@@ -337,10 +340,8 @@ class Sliding:
         return np.asarray(states[3] - self._speed)
 
     def observe(self, segment: Segment) -> None:
-        """Locate the first instant in a part of the motion at which the pad is as fast.
-
-        At samples of each step and at the peaks of its speed between them.
-        """
+        """Locate the first instant of a segment at which the pad is as fast as the surface, at
+        samples of each step and at the peaks of the pad's speed between them."""
         if self.lost_at is not None:
             return
         grid = Grid(segment)
@@ -388,7 +389,7 @@ class Response:
     settled: bool | None = None
 
     def rows(self) -> list[tuple[str, str]]:
-        """Name and value of each, for people."""
+        """Name and value of each, for people; "cannot be told" where it is None."""
         names = ("dominant frequency", "amplitude", "growth at the start", "at rest at the end")
         rows = dict.fromkeys(names, "cannot be told")
         if self.frequency_hz is not None:
@@ -415,20 +416,20 @@ class ResponseObserver:
         self._units = units
         # weights of the squared rates of (x, y, w theta) in the kinetic energy
         self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
-        # a time step is a quarter of a radian of the fastest motion: translation has the angular
-        # frequency 1 in natural units, and a small moment of inertia makes rotation faster
+        # the fastest angular frequency: of translation it is sqrt(k/m) = 1 in natural units; of
+        # rotation sqrt(k r^2/I), with a corner's arm r = sqrt(w^2 + h^2) and k = m
         fastest = max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
-        self._step = 0.25 / fastest
-        # of a long run no more samples than tell its frequency well
-        first = np.arange(min(32_768, int(stop / self._step) + 1)) * self._step
-        last = stop - first[first <= LAST * stop][::-1]  # as far from the end, in rising order
+        self._step = 0.25 / fastest  # a quarter of a radian: 25 samples a period
+        first = np.arange(min(MOST_SAMPLES, int(stop / self._step) + 1)) * self._step
+        # as far before the end as the first times are after the start, in rising order
+        last = stop - first[first <= LAST * stop][::-1]
         # random times in equal cells, which no frequency is in step with
-        cells = np.arange(200 * PARTS)
+        cells = np.arange(CELLS_OF_PART * PARTS)
         spread = stop * (cells + np.random.default_rng(0).random(len(cells))) / len(cells)
         self._first = Samples(model, first)
         self._last = Samples(model, last)
         self._spread = Samples(model, spread)
-        self._first_change = np.inf
+        self._first_change = np.inf  # time of the first change of contact, if there is any
 
     def observe(self, segment: Segment) -> None:
         for samples in (self._first, self._last, self._spread):
@@ -441,8 +442,9 @@ class ResponseObserver:
         """What the samples show, in SI units."""
         energy = self._energy_of_parts()
         last = self._last.states
-        greatest = float(np.sqrt(energy.max()))
-        if greatest <= 1e-11:  # in natural units: only rounding
+        # speeds here are root mean squares, weighted by the masses
+        greatest_speed = float(np.sqrt(energy.max()))
+        if greatest_speed <= 1e-11:  # in natural units: only rounding
             return Response(amplitude=self._amplitude(last), settled=True)
         response = Response()
         time = self._units.time
@@ -453,7 +455,8 @@ class ResponseObserver:
             response = Response(growth_rate=growth.real / time, growth_frequency_hz=hertz)
         frequency, share = strongest_line(last[:, 3:] * np.sqrt(self._mass), self._step)
         # too few periods show neither a line nor an amplitude, nor whether the motion has settled
-        if frequency * self._step * len(last) < PERIODS:
+        periods = frequency * self._step * len(last)
+        if periods < PERIODS:
             return response
         if share >= LINE:
             response = replace(response, frequency_hz=frequency / time)
@@ -461,7 +464,7 @@ class ResponseObserver:
             response = replace(response, amplitude=self._amplitude(last))
         speeds_of_tenths = np.sqrt(energy.reshape(-1, PARTS // 10).mean(axis=1))
         before, late = speeds_of_tenths[-2:]
-        at_rest = late < 0.01 * greatest
+        at_rest = late < 0.01 * greatest_speed
         if at_rest or late >= (1.0 - STEADY) * before:
             response = replace(response, settled=bool(at_rest))
         return response

@@ -4,7 +4,6 @@ import dataclasses
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from operator import itemgetter
 from types import ModuleType
 from typing import Any, Literal, NamedTuple, Protocol
 
@@ -12,7 +11,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, check_simulation
-from squeal.io.writing import Answer, Column, Mark, Panel, Table, copied_attributes, number, plain
+from squeal.io.writing import Answer, Mark, Panel, Table, copied_attributes, in_order, number, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import public
@@ -96,11 +95,9 @@ class Simulation(Answer):
         if self.history is None:
             raise InputError("history: missing; the scene's outputs must name it")
         units = UNITS | {signal.name: signal.over for signal in contact_law(self.model).plotted}
-        columns = [
-            Column(name, units.get(name, ""), itemgetter(k)) for k, name in enumerate(self.history)
-        ]
+        heads = [(name, units.get(name, "")) for name in self.history]
         values = (column.tolist() for column in self.history.values())
-        return Table(columns, list(zip(*values, strict=True)))
+        return Table(in_order(heads), list(zip(*values, strict=True)))
 
     def parts(self) -> Sequence[str | Table]:
         """Final state, shares, extrema, response, contact changes, and whether sliding holds.
@@ -119,10 +116,10 @@ class Simulation(Answer):
             f"model {self.model}, {self.method}, tolerance {self.tolerance:g}: {self.steps} steps, "
             f"{self.contact_changes} contact changes"
         )
-        state = []
+        final = []
         for (name, unit), value in zip(UNITS.items(), self.final, strict=True):
-            state.append((name, f"{number(value, 9)} {unit}"))
-        parts: list[str | Table] = [head, _section("final state", "at", state)]
+            final.append((name, f"{number(value, 9)} {unit}"))
+        parts: list[str | Table] = [head, _section("final state", "at", final)]
         if self.shares is not None:
             shares = [(state, f"{100 * share:.3f} %") for state, share in self.shares.items()]
             parts.append(_section("share of time", "state", shares))
@@ -191,8 +188,7 @@ class Simulation(Answer):
 
 def _section(title: str, head: str, rows: Sequence[tuple[str, str]]) -> Table:
     """A table of names and values, or "title: none"."""
-    columns = (Column(head, value=itemgetter(0)), Column("", value=itemgetter(1)))
-    return Table(columns, rows, title, f"{title}: none")
+    return Table(in_order([(head, ""), ("", "")]), rows, title, f"{title}: none")
 
 
 def heyoka() -> ModuleType:
@@ -332,6 +328,7 @@ def simulate(
         observe.append(sliding.observe)
     if progress is not None:
         observe.append(lambda segment: progress(float(segment.t1[0]) / stop))
+    # events and shares need no states between the changes of contact
     dense = sliding is not None or bool(observers.keys() - {"events", "shares"})
     solver = make_integrator(model, scene.tolerance, integrator)
     end = integrate(model, solver, units, start, stop, observe, dense)

@@ -60,7 +60,7 @@ class SciPyIntegrator(Integrator):
         c = model.c
         inverse_m = 1.0 / c.m
         w_over_I = c.w / c.I
-        D = model.decay
+        D = model.decay  # (3, 3), acts on the velocities of (x, y, w theta)
         damped = "damping" in model.terms
 
         def rhs(_t: float, s: np.ndarray) -> list[float]:

@@ -75,7 +75,7 @@ def equations(law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()) -> Equ
     c = Coefficients(*(hy.par[i] for i in range(len(NAMES))))
     first = len(NAMES) + law.points
     numbers = [hy.par[first + i] for i in range(term_count(terms))]
-    state = hy.make_vars("x", "y", "s", "u", "v", "r")
+    state = hy.make_vars("x", "y", "s", "u", "v", "r")  # s = w theta; u, v, r: rates of x, y, s
     velocities = state[3:]
     u, v, r = velocities
     if "falling" in terms:
@@ -85,7 +85,7 @@ def equations(law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()) -> Equ
     rates = [u, v, r, total.x / c.m, total.y / c.m, c.w * total.moment / c.I]
     if "damping" in terms:
         for i in range(3):
-            row = numbers[3 * i : 3 * i + 3]
+            row = numbers[3 * i : 3 * i + 3]  # of `PadModel.decay`, whose nine entries come first
             drag = sum(entry * speed for entry, speed in zip(row, velocities, strict=True))
             rates[3 + i] = rates[3 + i] - drag
     pose = pose_of(hy, q)
@@ -195,8 +195,7 @@ class Machine:
         goes on, then the limits, which end it."""
         code = self.code
         events = []
-        on = state_parameters(code.law)
-        for point, event_function in enumerate(rising(gaps, on)):
+        for point, event_function in enumerate(rising(gaps, state_parameters(code.law))):
             contact_change = self.event(
                 event_function,
                 direction=hy.event_direction.positive,
@@ -390,8 +389,10 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
         t0 = np.reshape(t, 1).astype(dtype)
         until = np.reshape(stop, 1).astype(dtype)
         machine.start(parameters, np.reshape(state, (6, 1)), t0)
+        # rounding of a gap grows with the lengths in it: y of order 1, and the corners' arms
         machine.clear = CLEAR * (1.0 + machine.c.w + machine.c.h)
         record = Record(machine, dense)
+        # heyoka also gives the least and the largest step, and after `steps` what `record` knows
         outcome, _, _, steps, *_ = machine.ta.propagate_until(
             until[0], max_steps=STEPS_AT_ONCE, **record.options()
         )
