@@ -253,9 +253,8 @@ class Conditions(Answer):
 
     def _table_of_modes(self) -> Table:
         columns_of_mode = (
-            *columns("mode low_hz high_hz unstable propensity% frequency_hz"),
-            Column("growth_rate", "1/s"),
-            *columns("damping_ratio%"),
+            *columns("mode low_hz high_hz unstable propensity%"),
+            *GROWTH[1:],  # all but `mode`
             Column("at", shown=lambda mode: at_parameters(mode.at)),
         )
         title = (

@@ -241,15 +241,16 @@ class Eigenvalues(Answer):
         numbers = self.modes[np.abs(self.values - mode.root) <= tolerance].tolist()
         if not numbers:
             return None
-        # several unstable modes may have this root: the first of them has the first number, and so
-        # on, the last number if fewer roots are listed. A mode of another answer has the first one
+        # Several unstable modes may have this root: if it is that of modes 2 and 3, the first of
+        # them is mode 2, the second mode 3; more of them than roots are listed are mode 3, too. A
+        # mode of another answer has the first number
         position = 0
         for other in self.unstable:
             if other is mode:
-                return int(numbers[min(position, len(numbers) - 1)])
+                return numbers[min(position, len(numbers) - 1)]
             if abs(other.root - mode.root) <= tolerance:
                 position += 1
-        return int(numbers[0])
+        return numbers[0]
 
     def save_shapes(self, path: Path | str) -> None:
         """Write the shapes of the modes on the nodes of a system with coordinates, as VTK (.vtk)
@@ -338,14 +339,16 @@ class Eigenvalues(Answer):
         M, C, K = map(np.array, map(self.details.get, "MCK"))
         for root in self.eigenvalues:
             z = root.value
+            # two roots coincide if their distance is at most the rounding of both
             rounding = 2 * root.rounding + EPS * abs(z)
             coinciding_roots = np.sum(np.abs(self.values - z) <= rounding)
             if root.kind == "marginal" and z.imag > 0.0 and coinciding_roots > 1:
                 P = z * z * M + z * C + K
+                slope = 2 * abs(z) * M + abs(C)  # of the size of dP/dz = 2 z M + C
                 # how far P is off by rounding of K and of z: smaller singular values count as zero
-                error = EPS * np.linalg.norm(K) + rounding * np.linalg.norm(2 * abs(z) * M + abs(C))
-                shapes = len(P) - np.linalg.matrix_rank(P, tol=len(P) * error)
-                if shapes < coinciding_roots:
+                error = EPS * np.linalg.norm(K) + rounding * np.linalg.norm(slope)
+                shape_count = len(P) - np.linalg.matrix_rank(P, tol=len(P) * error)
+                if shape_count < coinciding_roots:
                     return root.frequency_hz
         return None
 
@@ -419,8 +422,7 @@ class Eigenvalues(Answer):
         nothing = "no unstable mode is listed"
         if self.verdict is None:  # a listed root may grow that rounding leaves open
             nothing = "no mode is known to grow"
-        title = "unstable modes"
-        return Table(tuple(heads), self.unstable, title, nothing=nothing, rank=rounded_growth)
+        return Table(heads, self.unstable, "unstable modes", nothing, rounded_growth)
 
     def parts(self) -> Sequence[str | Table]:
         count = f"{len(self.eigenvalues)} roots, {self.completeness}"

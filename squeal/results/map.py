@@ -158,6 +158,7 @@ class Map(Answer):
         for axis in self.axes:
             scale = "log" if axis.log else "linear"
             axes.append(copied_attributes(axis, "name low high n") | {"scale": scale})
+        # n: of the first axis; `axes` has that of both
         answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
         if self.admissible is not None:
             answer["admissible_share"] = float(self.admissible.mean())

@@ -207,8 +207,9 @@ class Scatter(Answer):
         Of n samples the number below the true quantile of level p is binomial (n, p), whatever
         the distribution of the values. The ranks between which that number lies with the
         probability `CONFIDENCE` are therefore the ends of the interval (David and Nagaraja, Order
-        Statistics, 3rd ed., 7.1). A failed sample may have any value: the lower rank counts all of
-        them as smallest, the upper rank as largest.
+        Statistics, 3rd ed., 7.1). Of 100 samples 90 to 99 lie below the true quantile of 95 %: its
+        interval runs from the 90th value to the 100th. A failed sample may have any value: the
+        lower rank counts all of them as smallest, the upper rank as largest.
         """
         from scipy.stats import binom  # slow to load, and no figure of another answer needs it
 
@@ -301,7 +302,8 @@ class Scatter(Answer):
         """How many of the computed samples are stable, in a line, and what became of the others."""
         at = ""
         if self.name not in self.spreads:
-            words = "at" if self.of == "growth" else "up to"  # where stability is lost first
+            # of thresholds: stable up to there are samples whose first threshold lies above it
+            words = "at" if self.of == "growth" else "up to"
             at = f" {words} {self.name} = {number(self.mu)}"
         low, high = self.interval
         line = f"stable{at}: {100 * self.stable:.1f} % of the samples "
@@ -348,7 +350,7 @@ class Scatter(Answer):
         )
         scatter["spreads"] = []
         for name, spread in self.spreads.items():
-            ((kind, size),) = spread.items()
+            ((kind, size),) = spread.items()  # the one entry of a spread, as {"within": 0.1}
             scatter["spreads"].append({"name": name, "kind": kind, "size": size})
         value_key = "mu" if self.of == "threshold" else "growth_rate"
         scatter["quantiles"] = []

@@ -127,7 +127,7 @@ class Sensitivity(Answer):
         The derivative by the parameter times the step; NaN where eigenvalues coalesce.
         """
         root = complex(self.at[i])
-        assert self.modes is not None
+        assert self.modes is not None  # only those of a loss have no modes
         mode = int(self.modes[i])
         effects = []
         for name, slopes in self.slopes.items():
@@ -159,7 +159,8 @@ class Sensitivity(Answer):
         rows = []
         for name, slopes in self.slopes.items():
             step, step_text = self.step(name)
-            if step:
+            if step:  # 0 of a parameter that has no small step
+                # slopes (2,): of the value at which stability is lost, and of the frequency there
                 value_change, frequency_change = (step * slopes).tolist()
                 rows.append((name, step_text, value_change, frequency_change))
         rows.sort(key=lambda row: _strength(row[2]))

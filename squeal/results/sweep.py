@@ -164,7 +164,10 @@ class Step:
         return text
 
     def to_dict(self, parameter: str) -> JsonObject:
-        """The step as JSON holds it; what is not known of a root is left out."""
+        """The step as JSON holds it; what is not known of a root is left out.
+
+        `eigenvalues` is null where the branch does not reach, as `roots` is None there.
+        """
         rows = []
         roots = self.eigenvalues
         records = Table(ROOT, roots).records()
@@ -423,26 +426,26 @@ class Sweep(Answer):
         are kept first.
         """
         head = with_unit(self.parameter, unit_of(self.source))
-        table = [Column(self.parameter, value=attrgetter("value"), words=head)]
+        heads = [Column(self.parameter, value=attrgetter("value"), words=head)]
         if any(step.contact is not None for step in self.steps):
-            table.append(Column("contact"))
-        table += [
+            heads.append(Column("contact"))
+        heads += [
             Column("frequencies, Hz", value=lambda step: step.frequencies(only_growing=False)),
             Column("growing, Hz", value=lambda step: step.frequencies(only_growing=True)),
             Column("largest real, 1/s", value=Step.largest_growth),
         ]
         if self.is_first_look:
-            table += [
+            heads += [
                 Column("error, 1/s", shown=Step.error_text),
                 Column("corrected", value=lambda step: int(np.sum(step.corrected))),
             ]
-        table.append(Column("verdict", value=Step.verdict_text))
-        beside_change: set[int] = set()
+        heads.append(Column("verdict", value=Step.verdict_text))
+        beside_change: set[int] = set()  # ids, since a step holds arrays and cannot be hashed
         for before, after in itertools.pairwise(self.steps):
             if before.unstable_count != after.unstable_count:
                 beside_change |= {id(before), id(after)}
         return Table(
-            tuple(table),
+            heads,
             self.steps,
             f"sweep of {self.parameter}",
             rank=lambda step: id(step) in beside_change,
@@ -450,10 +453,10 @@ class Sweep(Answer):
 
     def _table_of_modes(self) -> Table:
         """A row for each mode: its frequencies, its largest growth and the onset of that."""
-        table = [Column("mode")]
+        heads = [Column("mode")]
         if self.names:
-            table.append(Column("name", value=lambda mode: self.names.get(mode.mode)))
-        table += [
+            heads.append(Column("name", value=lambda mode: self.names.get(mode.mode)))
+        heads += [
             Column("first_hz"),
             Column("last_hz"),
             Column("growth_rate", "1/s", words="largest real, 1/s"),
@@ -463,7 +466,7 @@ class Sweep(Answer):
         title = "modes"
         if self.reference is not None:
             title += f", numbered as at {self.parameter} = {number(self.reference.value)}"
-        return Table(tuple(table), self.modes, title, rank=rounded_growth)
+        return Table(heads, self.modes, title, rank=rounded_growth)
 
     def parts(self) -> Sequence[str | Table]:
         parts: list[str | Table] = [self._table_of_values(), self._table_of_modes()]
