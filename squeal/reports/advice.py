@@ -99,11 +99,11 @@ def _bound(answers: BrakeAnswers) -> Iterator[_Way]:
     text += speed_words(float(bound.below), unit)
     if bound.reservations:
         text += f" ({', '.join(bound.reservations)})"
-    less = number(abs(bound.change.count), 3)
-    text += f", {less} % less than {number(spectrum.value, 4)}"
+    percent_less = number(abs(bound.change.count), 3)
+    text += f", {percent_less} % less than {number(spectrum.value, 4)}"
     if spectrum.parameter == "mu":
-        more = number(100.0 * (spectrum.value / float(bound.below) - 1.0), 3)
-        text += f": as much less friction force, or {more} % more normal force for the same"
+        percent_more = number(100.0 * (spectrum.value / float(bound.below) - 1.0), 3)
+        text += f": as much less friction force, or {percent_more} % more normal force for the same"
     yield _Way(f"{text}.", grows_below=False, size=math.inf)
 
 
@@ -206,7 +206,7 @@ def failed_attempts(answers: BrakeAnswers) -> list[str]:
             "tenth of the growth."
         )
     partial = [remedy.change.parameter for remedy in answers.search.partial]
-    if {*without_effect, *partial} <= OF_CONTACT:
+    if {*without_effect, *partial} <= OF_CONTACT:  # no parameter of a part was tried
         lines.append(HINT)
     return lines
 
@@ -234,6 +234,7 @@ def remedy_table(answers: BrakeAnswers) -> Table:
             return "-"
         if loss.value is None:
             return f"none up to {number(loss.high, 4)}"
+        # from "up to mu = 0.5, then flutter at 2000 Hz" to "mu = 0.5: flutter at 2000 Hz"
         words = loss.words(spectrum.parameter, unit)
         return words.removeprefix("up to ").replace(", then", ":")
 
@@ -242,7 +243,7 @@ def remedy_table(answers: BrakeAnswers) -> Table:
     columns = [
         Column("change", shown=lambda row: row.name),
         Column("amount", shown=amount),
-        Column("least", shown=lambda row: row.least, words=f"just stops {at_value}"),
+        Column("least", words=f"just stops {at_value}"),
     ]
     if answers.search.partial:  # else nothing that grows is left
         columns.append(Column("growth_left", shown=growth_left, words="growth left"))

@@ -59,12 +59,12 @@ class Findings(BrakeAnswers):
             text += f"; it grows from {self.at(fastest.onset)} on"
         sentences = [text]
         if others:
-            named = others[: NAMED - 1]
             names = []
-            for mode in named:
+            for mode in others[: NAMED - 1]:
                 names.append(f"{unstable_name(self, mode)} by {number(mode.growth_rate, 3)} 1/s")
-            if len(others) > len(named):
-                names.append(others_text(len(others) - len(named)))
+            unnamed = len(others) - len(names)
+            if unnamed:
+                names.append(others_text(unnamed))
             grows = "mode grows" if len(others) == 1 else "modes grow"
             sentences.append(f"{len(others)} more {grows}: {', '.join(names)}")
         outside = self.growth_outside

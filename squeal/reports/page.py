@@ -47,9 +47,10 @@ def page(report: Findings, inputs: Sequence[Any] = ()) -> str:
     elif spectrum.certified and not spectrum.extent:  # a brake may squeal outside of a band
         state = "stable"
     paths = _chart(report)
-    loader = PackageLoader("squeal")
-    template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
-    text = template.get_template("report.html").render(
+    templates = Environment(
+        loader=PackageLoader("squeal"), autoescape=True, undefined=StrictUndefined
+    )
+    text = templates.get_template("report.html").render(
         report=report,
         colours=colours_of(report.paths),
         state=state,
@@ -169,7 +170,7 @@ def _feeds(report: Findings) -> Table:
     for mode, rate_of_term in rates.items():
         head = f"mode {mode}, {number(hertz[mode], 4)} Hz"
         columns.append(Column(head, words=head, shown=_signed(rate_of_term)))
-        terms += rate_of_term
+        terms.extend(rate_of_term)  # its keys
     return Table(columns, list(dict.fromkeys(terms)))
 
 
@@ -187,8 +188,9 @@ def _moves(report: Findings) -> Table:
     onset = report.onset
     effects: dict[str, dict[str, float]] = {}  # by the head of a column, then by parameter
     for number_of_mode, mode in _growing(report).items():
-        nearest = int(abs(spectrum.values - mode.root).argmin())
-        effects[f"mode {number_of_mode}, 1/s"] = _effects(report.sensitivity, nearest)
+        # the derivatives of the sensitivity are in the order of the eigenvalues
+        index = int(abs(spectrum.values - mode.root).argmin())
+        effects[f"mode {number_of_mode}, 1/s"] = _effects(report.sensitivity, index)
     if onset is not None and onset.slopes:
         unit = unit_of(report.thresholds.source)
         kind = name_of_kind(onset.kind, unit)
@@ -205,6 +207,7 @@ def _moves(report: Findings) -> Table:
     for head, changes in effects.items():
         columns.append(Column(head, words=head, value=changes.get, shown=_signed(changes)))
     title = "what a small change of a parameter adds to growth rates, and to the first loss"
+    # of a long table the first rows are shown
     return Table(columns, names, title, rank=lambda name: -names.index(name))
 
 
@@ -221,7 +224,7 @@ def _effects(derivatives: Sensitivity, index: int) -> dict[str, float]:
         if step:
             effects[name] = step * float(slopes[index].real)
     largest = max(filter(math.isfinite, map(abs, effects.values())), default=0.0)
-    # NaN stays
+    # by `not <=` NaN stays
     return {name: x for name, x in effects.items() if not abs(x) <= NOISE * largest}
 
 
@@ -302,7 +305,7 @@ def _not_answered(report: Findings) -> Iterator[str]:
     limit = spectrum.details.get("growth_limit")
     if limit is not None:
         yield f"Roots that grow by more than {number(limit, 4)} 1/s."
-    yield from spectrum.notes[1:]
+    yield from spectrum.notes[1:]  # the first one is among what was read
     if report.sensitivity.note:
         yield f"{report.sensitivity.note}."
     if not report.energy.part_shares and not isinstance(report.subject, Scene):

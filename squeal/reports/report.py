@@ -49,9 +49,9 @@ class Report(Findings):
     """
 
     def save(self, path: Path | str, inputs: Sequence[Any] = (), **drawn: Any) -> None:
-        """Write the page as one HTML file (.html) without references to others; `inputs` are the
-        files behind it. With another name the modes that grow, as other answers do. Raises
-        InputError.
+        """Write the page as one HTML file (.html) that needs no other one; `inputs` are the files
+        behind it. With the name of a table or a figure (.csv, .png, ...) the modes that grow are
+        written or drawn, as `save` of other answers does. Raises InputError.
 
         Examples
         --------
