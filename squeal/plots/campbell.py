@@ -56,7 +56,7 @@ def campbell_drawing(
     width : {"page", "column"}
         Of the figure.
     """
-    # Hz: the figure has to reach this frequency, and those that grow if they are not far above
+    # `highest` (Hz) lies in the figure, and so do growing frequencies up to REACH times `highest`
     if answer.critical:
         highest = max(critical.frequency_hz for critical in answer.critical)
     else:  # where the highest multiple of the speed ends
@@ -212,6 +212,7 @@ def _name_onset(axes: Axes, answer: CriticalSpeeds, top: float) -> None:
                 below = middle
         speed = below  # the end of the last interval at which nothing grows yet
     text = f"unstable from {speed:.4g}{speed_words(speed, 'rad/s')} on, {hertz:.4g} Hz"
+    # offsets of the text in points, away from the nearer border
     up = 8 if hertz < 0.8 * top else -8
     right = 4 if speed < 0.5 * answer.high else -4
     write_beside(axes, text, (speed, hertz), (right, up), fontsize=7, color=RED)

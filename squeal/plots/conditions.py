@@ -81,11 +81,12 @@ def draw_matrix(answer: Conditions, axes: Axes, **look: object) -> ScalarMappabl
         "edgecolors": "0.8",
         "linewidth": 0.4,
     }
+    # the parameters of the columns vary fastest
     cells = axes.pcolormesh(growth.reshape(len(rows), len(columns)), **(defaults | look))
     for k, condition in enumerate(answer.conditions):
         hatched = LOOKS_WITHOUT_GROWTH.get(_kind_without_growth(condition), {})
         if "hatch" in hatched:
-            row, column = divmod(k, len(columns))  # the parameters of the columns vary fastest
+            row, column = divmod(k, len(columns))
             axes.add_patch(Rectangle((column, row), 1.0, 1.0, ec="0.8", lw=0.4, **hatched))
     if len(answer.conditions) <= NAMED:
         _name_frequencies(axes, answer, len(columns), DARK * largest)

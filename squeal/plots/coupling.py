@@ -395,6 +395,7 @@ def _onsets(sweep: Sweep, thresholds: Thresholds | None) -> dict[str, Artist]:
                 if crossing.frequency_hz:
                     hertz_text = f", {crossing.frequency_hz:.4g} Hz"
                 texts.append(f"{crossing.kind} from {symbol} = {crossing.mu:.4g}{hertz_text}")
+    # the entries are texts alone: their line has no width
     return dict.fromkeys(texts[:NAMED], Line2D([], [], lw=0))
 
 

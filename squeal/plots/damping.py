@@ -157,7 +157,7 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
         ratio = _ratio(roots)
         colour = colours.get(mode, "0.7")
         axes.plot(hertz, ratio, color=colour, lw=0.8, gid=f"mode {mode}")
-        axes.plot(hertz[:1], ratio[:1], "|", color=colour, ms=6)
+        axes.plot(hertz[:1], ratio[:1], "|", color=colour, ms=6)  # where the path begins
         if mode not in colours:
             continue
         bubbles = _spaced_where_growing(axes, roots)
@@ -333,14 +333,13 @@ def _title_of_group(
     onset: see `_onset`.
     """
     unit = unit_of(sweep.source)
+    if onset is None:  # the mode grows from the first value of its path on
+        onset = float(paths.at[_fastest(paths, group)][0])
     if isinstance(onset, tuple):
         low, high = onset
         begins = f"from {low:.4g} to {high:.4g} {unit}".rstrip()
-    elif onset is not None:
+    else:
         begins = f"from {onset:.4g}{speed_words(onset, unit)}"
-    else:  # from the first value of its path
-        first = float(paths.at[_fastest(paths, group)][0])
-        begins = f"from {first:.4g}{speed_words(first, unit)}"
     if len(group) == 1:
         return f"mode {group[0]} grows alone, {begins} on"
     meeting = paths.meeting(group)

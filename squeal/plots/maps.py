@@ -105,8 +105,7 @@ def label_axis(axes: Axes, which: str, axis: Axis, unit: str = "", is_pad: bool 
         axes.set(**{f"{which}scale": "log"})
     elif _is_half_turn(axis) and unit == "rad":
         quarters, labels = QUARTERS
-        ticks = np.multiply(quarters, math.pi)
-        axes.set(**{f"{which}ticks": ticks, f"{which}ticklabels": labels})
+        axes.set(**{f"{which}ticks": np.multiply(quarters, math.pi), f"{which}ticklabels": labels})
 
 
 def map_drawing(
@@ -145,9 +144,9 @@ def _edges(answer: Map) -> list[NDArray]:
 def _cells(axes: Axes, answer: Map) -> _Drawn:
     """Draw verdicts as cells, hatched where no equilibrium is admissible."""
     first, second = answer.axes
-    beyond = VERDICT_COLOURS[NAMES.index(BEYOND)]
-    # code k is the index of a verdict, whose colour covers the numbers from k - 1/2 to k + 1/2
-    colours = [COLOUR_OF.get(verdict, beyond) for verdict in answer.verdicts]
+    # code k is the index of a verdict, whose colour covers the numbers from k - 1/2 to k + 1/2;
+    # verdicts of systems that have no colour get that of "beyond a fold"
+    colours = [COLOUR_OF.get(verdict, COLOUR_OF[BEYOND]) for verdict in answer.verdicts]
     axes.pcolormesh(
         *_edges(answer),
         answer.codes.T,

@@ -203,7 +203,7 @@ def outline(coordinates: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[
     for face in faces:
         a, b, c = coordinates.places[list(face[:3])]
         normal = np.cross(b - a, c - b)  # of the plane of three corners
-        normal = normal / (np.linalg.norm(normal) or 1.0)
+        normal = normal / (np.linalg.norm(normal) or 1.0)  # zero of a face without area
         for edge in zip(face, (*face[1:], face[0]), strict=True):
             normals_of.setdefault(frozenset(edge), []).append(normal)
     shown = []

@@ -129,8 +129,8 @@ class Looks(NamedTuple):
     def of(run: Run) -> Looks:
         """The looks of a run, those of the states in which any time was spent.
 
-        Where one state stands for both edges its intervals are renamed by `_with_edge`, and in its
-        place each edge that occurs is a state of its own.
+        Where one state "partial" stands for both edges, `_with_edge` renames its intervals to
+        "partial leading" or "partial trailing", and each of these that occurs is a state here.
         """
         law = contact_law(run.model)
         palette = colours(run.model)
@@ -195,8 +195,8 @@ def strip(axes: Axes, looks: Looks) -> None:
     for row, (state, look) in enumerate(reversed(looks.states.items())):
         labels.append(look.label)
         bars = []  # begin and length, ms
-        for start, stop, other in looks.timeline:
-            if other == state:
+        for start, stop, state_then in looks.timeline:
+            if state_then == state:
                 bars.append((1e3 * start, 1e3 * (stop - start)))
         axes.broken_barh(bars, (row - 0.4, 0.8), facecolor=look.colour, linewidth=0.0, gid=state)
     axes.set_yticks(range(len(labels)), labels)

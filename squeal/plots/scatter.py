@@ -42,7 +42,7 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
         upper.tick_params(labelbottom=False)
         _draw_samples(upper, lower, scatter, limit)
         _draw_quantiles(lower, scatter)
-        if of_growth or limit > 0.0:
+        if of_growth or limit > 0.0:  # a friction of 0 would be marked on the border
             _mark_limit(upper, lower, limit, limit_name)
         upper.set_ylabel("samples")
         lower.set(ylim=(0.0, 1.0), xlabel=quantity, ylabel=share_name)

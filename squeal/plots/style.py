@@ -225,9 +225,9 @@ def _move(label: Annotation, axes: Axes, obstacles: Sequence[Curve]) -> Bbox:
         # crossings plus corners outside, less 4, which changes no order
         return crossings - axes.bbox.count_contains(box.corners())
 
-    steps = sorted(range(-MOST_STEPS, MOST_STEPS + 1), key=abs)  # the nearest first
+    steps_upwards = sorted(range(-MOST_STEPS, MOST_STEPS + 1), key=abs)  # the nearest first
     # of positions with equally few faults `min` takes the first one
-    return move_to(min(itertools.product(steps, (right, -right)), key=faults))
+    return move_to(min(itertools.product(steps_upwards, (right, -right)), key=faults))
 
 
 def write_upright(axes: Axes, value: float, text: str) -> None:
