@@ -139,7 +139,7 @@ def _sweep(
     """Modes over the parameter, or with `damping` their damping ratios over frequency.
 
     thresholds, width: of the chart of damping alone, see `damping_drawing`. Raises InputError for
-    thresholds of another subject, and for a width without `damping`.
+    thresholds of another subject, and for either option without `damping`.
     """
     steps = sorted(answer.steps, key=attrgetter("value"))  # the sweep may have any order
     rising = replace(answer, steps=tuple(steps))
@@ -147,6 +147,8 @@ def _sweep(
         if thresholds is not None and answer.source is not None:
             refuse_other_subject("thresholds", thresholds.source, answer.source.subject)
         return damping_drawing(name, rising, thresholds, width)
+    if thresholds is not None:
+        raise InputError("thresholds: are of the figure with damping=True alone")
     if width != "page":
         raise InputError("width: is of the figure with damping=True alone")
     low = steps[0].value

@@ -141,7 +141,10 @@ def _panels(parameter_label: str, roots: _Roots, interval: tuple[float, float]) 
     locus = figure.add_subplot(grid[:, 1])
     lower = figure.add_subplot(grid[1, 0], sharex=upper)
     limits = frequency_limits(values)
-    upper.set(xlim=interval, ylim=limits, ylabel=FREQUENCY)
+    upper.set(ylim=limits, ylabel=FREQUENCY)
+    first, last = interval
+    if first < last:  # of one value Matplotlib chooses limits about it
+        upper.set_xlim(first, last)
     upper.tick_params(labelbottom=False)
     lower.set(ylim=(-reach, reach), xlabel=parameter_label, ylabel=GROWTH)
     locus.set(xlim=(-reach, reach), ylim=limits, xlabel=GROWTH, ylabel=FREQUENCY)

@@ -90,8 +90,11 @@ def damping_drawing(
             upper = figure.add_subplot(grid[:, 0])
             panels = [figure.add_subplot(grid[row, 1]) for row in range(rows)]
         entries = _draw_ratios(upper, sweep, paths)
+        first = sweep.steps[0].value
+        last = sweep.steps[-1].value
         for axes in panels:
-            axes.set(xlim=(sweep.steps[0].value, sweep.steps[-1].value))
+            if first < last:  # of one value Matplotlib chooses limits about it
+                axes.set_xlim(first, last)
         panels[-1].set(xlabel=friction_symbol(sweep.parameter, unit_of(sweep.source)))
         if not groups:
             panels[0].set_title("no mode grows", loc="left")

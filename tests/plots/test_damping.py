@@ -111,6 +111,27 @@ def test_a_chart_in_a_column_has_its_panels_one_below_the_other():
         damping_drawing("pair", sweep, width="wide")
 
 
+def test_options_of_the_chart_of_damping_are_refused_without_it():
+    """Thresholds were ignored in silence, and so were those of another subject."""
+    sweep = sweep_of_pair()
+    found = squeal.thresholds(squeal.System([[1.0]], K={"1": [[1.0]], "mu": [[1.0]]}))
+    with pytest.raises(InputError, match="thresholds: are of the figure with damping=True alone"):
+        sweep.plot(thresholds=found)
+    with pytest.raises(InputError, match="width: is of the figure with damping=True alone"):
+        sweep.plot(width="column")
+
+
+@pytest.mark.parametrize("damping", [False, True])
+def test_a_sweep_of_one_value_is_drawn_about_it(damping):
+    """Equal limits of an axis made Matplotlib warn."""
+    pair = squeal.System(np.eye(2), K={"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]})
+    for value in (0.5, 1.0):  # without and with growth
+        axes = squeal.sweep(pair, [value]).plot(damping=damping)
+        for panel in axes.figure.axes[:3]:
+            low, high = panel.get_xlim()
+            assert low < high
+
+
 SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
