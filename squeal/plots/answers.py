@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from squeal.errors import InputError
 from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, number
+from squeal.io.writing import Answer, copied_attributes, number
 from squeal.plots import campbell, coupling, cycles, maps, modes, motion
 from squeal.plots.conditions import conditions_drawing
 from squeal.plots.damping import damping_drawing
@@ -189,23 +189,21 @@ def _motion(
 ) -> Drawing:
     """The motion of a scene with its spectrum; without the scene the panel of the answer.
 
-    inputs: the files behind it, for the metadata. Raises InputError for an answer without history.
+    inputs: the files behind it, for the metadata. Raises InputError for an answer that lacks one of
+    the outputs of a scene.
     """
     if scene is None:
         return panel_drawing(answer, name)
-    history = answer.history
-    response = answer.response
-    if history is None or answer.events is None or response is None:
+    outputs = copied_attributes(answer, "events shares extrema history response")
+    if None in outputs.values():
         raise InputError("plot: the figure of a motion needs all outputs of the scene")
+    response = outputs.pop("response")
     run = motion.Run(
         name=name,
         model=answer.model,
         stop=answer.final[0],  # the time of the final state
-        events=answer.events,
-        shares=answer.shares or {},
-        extrema=answer.extrema or {},
         provenance=provenance(inputs, "squeal.cli.simulate"),
-        history=history,
+        **outputs,
     )
     return motion.motion_drawing(run, scene.pad_model, response.frequency_hz or 0.0)
 

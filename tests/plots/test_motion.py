@@ -3,8 +3,10 @@
 import dataclasses
 
 import numpy as np
+import pytest
 
 import squeal
+from squeal.errors import InputError
 from squeal.io.scene import OUTPUTS, Damping, read_scene
 from squeal.plots.answers import drawing
 from squeal.plots.motion import Interval, Looks, Run
@@ -47,3 +49,14 @@ def test_a_sweep_of_a_pad_is_drawn_in_any_order():
     words = "marginal from 0 to 0.2, flutter from 0.8 to 1"
     assert words in drawing(pair, "pair").alternative
     drawing(squeal.sweep(scene, [0.3]), "b3")  # one value, without a warning of Matplotlib
+
+
+@pytest.mark.parametrize("left_out", OUTPUTS)
+def test_a_picture_of_a_motion_needs_all_outputs(left_out):
+    """Without shares or extrema it ended in a KeyError."""
+    scene = read_scene(ROOT / "squeal" / "examples" / "pad.yaml")
+    scene = dataclasses.replace(scene, stop=1e-3, samples=4001, outputs=OUTPUTS)
+    all_outputs = squeal.simulate(scene, integrator="scipy")
+    some = dataclasses.replace(all_outputs, **{left_out: None})
+    with pytest.raises(InputError, match="needs all outputs of the scene"):
+        some.plot(scene=scene)
