@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -119,7 +120,7 @@ class _Roots(NamedTuple):
 
     def select(self, mask: np.ndarray) -> _Roots:
         """The roots where a mask (m,) is true."""
-        return _Roots(self.parameter[mask], self.values[mask], self.grows[mask], self.numbers[mask])
+        return _Roots(*map(itemgetter(mask), self))
 
 
 def _panels(parameter_label: str, roots: _Roots, interval: tuple[float, float]) -> _Panels:
