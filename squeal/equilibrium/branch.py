@@ -505,6 +505,7 @@ class _Front(NamedTuple):
         `good` is where the step may be taken: the correction is short, and the branch turns little.
         """
         guess = self.z + self.step * self.ahead / self.scale
+        # steps that reach the end of the range: there mu is held, not the place along the tangent
         is_last = np.abs(guess[3] - self.mu_max) <= AT_END * self.mu_max
         is_last &= self.ahead[3] >= RISE
         normal = np.where(is_last, ALONG_MU, self.ahead * self.scale)
@@ -527,7 +528,7 @@ class _Front(NamedTuple):
         A step with an event that cannot be located may not be taken.
         """
         steps = _Corrected(*map(np.copy, corrected))
-        z, tangent, _, good = steps
+        z, tangent, _, good = steps  # these arrays themselves: the loop below writes into them
         z[:, ~good] = self.z[:, ~good]  # steps that may not be taken have no length here
         event = np.full(good.size, Event.NONE)
         shares = np.linspace(0.0, 1.0, CHECKS + 1)

@@ -174,8 +174,8 @@ class Path:
         gaps, gap_slopes = with_derivative(statics.gaps, z)
         residual = np.concatenate([balance, gaps[changed]])[..., 0]
         J = np.concatenate([balance_slope, gap_slopes[changed]])[..., 0]
-        # to first order J dz = d residual, so that d mu = weights . d residual where
-        # J' weights = e_mu = (0, 0, 0, 1): four equations for four weights. At a fold three
+        # to first order, but for the sign, J dz = d residual, so that d mu = weights . d residual
+        # where J' weights = e_mu = (0, 0, 0, 1): four equations for four weights. At a fold three
         # weights solve them, since mu is stationary along the branch
         weights = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
         rates = self._rates_of_conditions(z, touching, changed)

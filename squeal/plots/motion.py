@@ -129,8 +129,8 @@ class Looks(NamedTuple):
     def of(run: Run) -> Looks:
         """The looks of a run, those of the states in which any time was spent.
 
-        Where one state "partial" stands for both edges, `_with_edge` renames its intervals to
-        "partial leading" or "partial trailing", and each of these that occurs is a state here.
+        Where one state, such as PC, stands for both edges, `_with_edge` renames its intervals to
+        "PC leading" or "PC trailing", and each of these that occurs is a state here.
         """
         law = contact_law(run.model)
         palette = colours(run.model)
