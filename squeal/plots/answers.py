@@ -153,7 +153,9 @@ def _sweep(
         raise InputError("width: is of the figure with damping=True alone")
     low = steps[0].value
     high = steps[-1].value
-    if not isinstance(answer.source, PadSource) or low == high:  # one value is no path
+    # one value is no path, and no path begins where there is no equilibrium
+    has_path = low < high and steps[0].roots is not None
+    if not isinstance(answer.source, PadSource) or not has_path:
         return coupling.sweep_drawing(name, rising)
     # of a pad the thresholds are computed, too, and the paths anew: both are fast
     scene = answer.source.scene

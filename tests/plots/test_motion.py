@@ -51,6 +51,13 @@ def test_a_sweep_of_a_pad_is_drawn_in_any_order():
     drawing(squeal.sweep(scene, [0.3]), "b3")  # one value, without a warning of Matplotlib
 
 
+def test_a_sweep_of_a_pad_without_an_equilibrium_is_drawn():
+    """It was refused, since its branch was to begin at the lowest value."""
+    scene = read_scene(SCENES / "b1-a.yaml")
+    sweep = squeal.sweep(scene, [50.0, 60.0])  # beyond a fold
+    assert "no equilibrium from 50 to 60" in drawing(sweep, "b1-a").alternative
+
+
 @pytest.mark.parametrize("left_out", OUTPUTS)
 def test_a_picture_of_a_motion_needs_all_outputs(left_out):
     """Without shares or extrema it ended in a KeyError."""
