@@ -8,6 +8,7 @@ The loads are continuous where the contact changes, since an edge's force starts
 switching surface, is therefore the identity, and the variational equations run on through it.
 """
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -406,10 +407,7 @@ class Shooting:
         before, turns, after: the cycles of the step in order.
         """
         has_fold = any(cycle.turn == "fold" for cycle in turns)
-        in_order = [before, *turns, after]
-        for turns_before in range(len(in_order) - 1):
-            a = in_order[turns_before]
-            b = in_order[turns_before + 1]
+        for turns_before, (a, b) in enumerate(itertools.pairwise([before, *turns, after])):
             if (a.value - first.value) * (b.value - first.value) < 0.0:
                 # interpolate between cycles whose values enclose that of the first one: without a
                 # fold the value is monotone over the step, so that its well-separated ends do
