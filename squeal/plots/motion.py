@@ -231,9 +231,9 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
     there is none.
     """
     t = run.history["t"]
-    last_samples = slice(-int(LAST * len(t)), None)
+    count = max(2, int(LAST * len(t)))  # one sample has no spectrum
     # a column for each force
-    values = np.array([run.history[signal.name][last_samples] for signal in forces]).T
+    values = np.array([run.history[signal.name][-count:] for signal in forces]).T
     frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
     kilohertz = frequencies[1:] / 1e3  # without the mean, at 0
     amplitudes = amplitudes[1:]

@@ -58,6 +58,16 @@ def test_a_sweep_of_a_pad_without_an_equilibrium_is_drawn():
     assert "no equilibrium from 50 to 60" in drawing(sweep, "b1-a").alternative
 
 
+@pytest.mark.parametrize("samples", [2, 3, 4, 7])
+def test_a_picture_of_a_motion_may_have_few_samples(samples):
+    """The last quarter of 4 to 7 samples is one, whose spectrum was not a number."""
+    scene = read_scene(ROOT / "squeal" / "examples" / "pad.yaml")
+    scene = dataclasses.replace(scene, stop=1e-3, samples=samples, outputs=OUTPUTS)
+    found = squeal.simulate(scene, integrator="scipy")
+    spectrum = found.plot(scene=scene).figure.axes[-1]
+    assert all(np.isfinite(line.get_ydata()).all() for line in spectrum.get_lines())
+
+
 @pytest.mark.parametrize("left_out", OUTPUTS)
 def test_a_picture_of_a_motion_needs_all_outputs(left_out):
     """Without shares or extrema it ended in a KeyError."""
