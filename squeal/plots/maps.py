@@ -71,8 +71,9 @@ def _finish_axes(axes: Axes, answer: Map, own_values: Own) -> list[Line2D]:
         x, y = np.transpose(curve["points"])
         axes.plot(x, y, gid="threshold", zorder=4, **look)
     first, second = answer.axes
-    label_axis(axes, "x", first, answer.units[0], is_pad=own_values is not None)
-    label_axis(axes, "y", second, answer.units[1], is_pad=own_values is not None)
+    is_pad = own_values is not None
+    label_axis(axes, "x", first, answer.units[0], is_pad)
+    label_axis(axes, "y", second, answer.units[1], is_pad)
     if _is_half_turn(first) and _is_half_turn(second):
         axes.set_aspect("equal")
     entries = []
