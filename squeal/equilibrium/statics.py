@@ -373,10 +373,10 @@ class Statics:
     def z_error(self, z: np.ndarray, on: np.ndarray) -> np.ndarray:
         """How far rounding may move equilibria z (4, k) in (x, y, w theta), shape (3, k).
 
-        To first order: the changes of the loads by rounding, solved with the derivative of the
-        loads. Contact loads change with the rounding of the gaps, those of the inclined springs
-        with that of the displacements of their ends. on (points, k): which contacts touch. Infinite
-        where the derivative is singular.
+        To first order dz = J^-1 d, where J is the derivative of the loads and d (3,) what one
+        rounding changes of them. There are five, whose sizes |dz| add up: of each of the three
+        loads, as the inclined springs and F_n make them, and of each of the two gaps, on which the
+        contact loads depend. on (points, k): which contacts touch. Infinite where J is singular.
         """
         c = self.model.c
         sizes = Pose(*map(np.abs, pose_of(np, tuple(self.q(z)))))
@@ -391,8 +391,7 @@ class Statics:
         # upper corners have arms of up to w + h, and the third load is the moment over w
         arm = 1.0 + c.h / c.w
         load_rounding = np.ones(z.shape[1]) * (ROUNDING * (spring_forces + c.F_n) * arm)
-        # five causes, rounding of each of the three loads and then of each of the two gaps; what
-        # each one changes of the loads is an array (3, k)
+        # d (3, k) of each of the five roundings: first each load alone, then both gaps
         load_changes = [*np.eye(3)[:, :, None] * load_rounding]
         largest_gap_rounding = np.max(self.rounding(z), axis=0)
         for name in ("gap_l", "gap_t"):

@@ -273,7 +273,7 @@ class Eigenvalues(Answer):
             raise InputError(
                 "save_shapes: needs `coordinates: {file: nodes.csv}` in the system file"
             )
-        first_of_mode: dict[int, Eigenvalue] = {}
+        first_of_mode: dict[int, Eigenvalue] = {}  # of a pair the upper root
         for number_of_mode, root in self.of_modes:
             first_of_mode.setdefault(number_of_mode, root)
         from squeal.io.shapes import write_shapes  # which few answers need
