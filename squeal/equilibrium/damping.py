@@ -42,11 +42,11 @@ def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) ->
     two modes of one frequency have different ratios.
     """
     symmetric = (A + A.T) / 2
-    change = (dA + dA.T) / 2
+    change = (dA + dA.T) / 2  # dS
     if damping.rayleigh is not None:
         _, beta = damping.rayleigh
         return beta * change
-    squares, modes = np.linalg.eigh(symmetric)
+    squares, modes = np.linalg.eigh(symmetric)  # w_i^2 and V
     w = np.sqrt(np.maximum(squares, 0.0))
     z = np.array(damping.ratios)
     square_differences = np.subtract.outer(squares, squares)  # (3, 3)

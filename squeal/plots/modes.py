@@ -118,7 +118,7 @@ def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
     grows = np.array([root.kind in GROWING for root in shown], dtype=bool)
     y = upper.imag / math.tau
     for which, marker, colour in ((~grows, "o", RING), (grows, "s", RED)):
-        axes.scatter(upper.real[which], y[which], 26, marker=marker, fc="none", ec=colour)
+        axes.scatter(upper.real[which], y[which], s=26, marker=marker, fc="none", ec=colour)
     reach = max(1.0, 1.2 * float(np.abs(upper.real).max(initial=0.0)))
     axes.set(
         xlim=(-reach, reach),
