@@ -114,8 +114,7 @@ def codes_at(scene: Scene, names: Names, values: Array, compiled: bool = False) 
     beyond = np.zeros((3, stack.n), dtype=bool)
     if not stack.linear:
         statics = stack.statics.pick(existing)
-        with np.errstate(all="ignore"):
-            beyond[:, existing] = excursion(statics, at_existing.z, at_existing.touching).beyond()
+        beyond[:, existing] = excursion(statics, at_existing.z, at_existing.touching).beyond()
     return PointVerdicts(codes, contact, beyond, doubtful)
 
 
@@ -358,7 +357,7 @@ def threshold_curves(
     """
     stable = np.isin(codes, STABLE_OR_MARGINAL)
     decided = codes != UNKNOWN
-    if min(codes.shape) < 2 or len(np.unique(stable[decided])) < 2:
+    if min(codes.shape) < 2 or len(np.unique(stable[decided])) < 2:  # no neighbours that differ
         return []
     from contourpy import contour_generator  # here, since it takes a fifth of a query's time
 

@@ -77,16 +77,16 @@ def parameter_slopes(model: PadModel, q: Array, state: State, name: str) -> Para
     pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
     c = coefficients(dual, pad, model.law.absolute_gap)
 
-    def load_slopes(at: Array, dq: Array, speed: complex | None = None) -> Array:
-        """d loads / dp (3,) of the pad at the position `at` (3,), which moves by dq (3,) per p.
+    def load_slopes(position: Array, dq: Array, speed: complex | None = None) -> Array:
+        """d loads / dp (3,) of the pad at a `position` (3,), which moves by dq (3,) per p.
 
         speed: velocity of the pad along the surface, which friction may depend on; 0 if left out.
         """
         c_at_speed = c if speed is None else at_speed(dual, c, pad.fall, speed)
-        loads = net_loads(dual, c_at_speed, model.law, _moving(at, dq), state)
-        # `complex_step` calls this with k positions at once, `at` (3, k): the sum repeats a slope
+        loads = net_loads(dual, c_at_speed, model.law, _moving(position, dq), state)
+        # `complex_step` calls this with k positions at once, (3, k): the sum repeats a slope
         # that does not depend on the position for each of them
-        slopes = [dual.dual(load).slope + 0.0 * at[0] for load in loads]
+        slopes = [dual.dual(load).slope + 0.0 * position[0] for load in loads]
         return np.array(np.broadcast_arrays(*slopes))
 
     dloads = load_slopes(q, np.zeros(3))  # of the pad held at q
@@ -103,7 +103,7 @@ def parameter_slopes(model: PadModel, q: Array, state: State, name: str) -> Para
     # in `_slopes_with_damping`
     if pad.fall is not None:
         dC[:, :1] = -complex_step(lambda x_dot: load_slopes(q, dq, x_dot[0]), np.zeros(1))
-    dK = -complex_step(lambda at: load_slopes(at, dq), q)
+    dK = -complex_step(lambda position: load_slopes(position, dq), q)
     gaps = model.law.gaps(c, pose_of(dual, _moving(q, dq)))
     dgaps = np.array([float(dual.dual(gap).slope) for gap in gaps])
     return ParameterSlopes(dloads, dM, dC, dK, dgaps)

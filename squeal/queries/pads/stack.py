@@ -332,7 +332,7 @@ class PadStack:
         stiffness, _ = self._matrices(np.arange(self.n), at)
         return stiffness
 
-    def _matrices(self, pad: Indices, at: Equilibria) -> StiffnessAndDamping:
+    def _matrices(self, pad: Indices, equilibria: Equilibria) -> StiffnessAndDamping:
         """Linearise pads (k,) about k equilibria, without the damping that the scene names.
 
         Returns the mass-normalised stiffness, and the damping that falling friction makes, each
@@ -341,13 +341,13 @@ class PadStack:
         formulas that heyoka derives. Without falling friction the damping is None.
         """
         statics = self.statics.pick(pad)
-        contact = 1.0 * at.touching
-        K = statics.stiffness(at.z, contact)
+        contact = 1.0 * equilibria.touching
+        K = statics.stiffness(equilibria.z, contact)
         # mu_s is set only where friction falls with speed, as are mu_k and v_ref
         if statics.model.pad.mu_s is None:
             return normalised(statics.model.pad, K), None
-        model = statics.model.replace(mu=at.z[3])  # the fourth row of z is mu
-        q = statics.q(at.z)
+        model = statics.model.replace(mu=equilibria.z[3])  # the fourth row of z is mu
+        q = statics.q(equilibria.z)
         C = -complex_step(partial(model.loads, q, contact), np.zeros(q.shape))
         return normalised(model.pad, K), normalised(model.pad, C)
 
@@ -478,9 +478,11 @@ class PadStack:
         is_first_of_interval = grid.number[first] == 0
         is_located = is_first_of_interval & ((first_unstable == 0.0) | begins_at_change)
         last_stable = np.where(is_located, first_unstable, last_stable)
-        # narrow: two roundings of the largest mu, closer than which no value lies between
-        loss = self._bisect(intervals, losing, last_stable, first_unstable, narrow=4e-16 * mu_max)
-        return self._losses(intervals, losing, loss)
+        # tolerance: two roundings of the largest mu, closer than which no value lies between
+        mu_of_loss = self._bisect(
+            intervals, losing, last_stable, first_unstable, tolerance=4e-16 * mu_max
+        )
+        return self._losses(intervals, losing, mu_of_loss)
 
     def _bisect(
         self,
@@ -488,7 +490,7 @@ class PadStack:
         pad: Indices,
         stable: Array,
         unstable: Array,
-        narrow: float,
+        tolerance: float,
     ) -> Array:
         """Locate by bisection where k pads lose stability, each between two values of mu.
 
@@ -501,7 +503,7 @@ class PadStack:
         stable, unstable : array (k,)
             A value of mu at which all modes are stable or marginal, and a larger one at which one
             grows or there is no equilibrium; equal where nothing is to be halved.
-        narrow : float
+        tolerance : float
             The distance of the two at which bisection ends.
 
         Returns
@@ -512,13 +514,13 @@ class PadStack:
         low = stable.copy()
         high = unstable.copy()
         for _ in range(HALVINGS):
-            i = np.flatnonzero(high - low > narrow)
-            if not i.size:
+            wide = np.flatnonzero(high - low > tolerance)
+            if not wide.size:
                 break
-            middle = (low[i] + high[i]) / 2
-            is_stable = self._judge(intervals, pad[i], middle).no_unstable_mode
-            low[i] = np.where(is_stable, middle, low[i])
-            high[i] = np.where(is_stable, high[i], middle)
+            middle = (low[wide] + high[wide]) / 2
+            is_stable = self._judge(intervals, pad[wide], middle).no_unstable_mode
+            low[wide] = np.where(is_stable, middle, low[wide])
+            high[wide] = np.where(is_stable, high[wide], middle)
         return high
 
     def _losses(self, intervals: _Intervals, losing: Indices, mu: Array) -> Losses:
@@ -565,7 +567,7 @@ class PadStack:
         of the grid is moved there, and marked as unstable: `grid.mu` and
         `stability.no_unstable_mode` are changed in place.
 
-        which: the margin, 0 of pairs and 1 of real roots.
+        margin_index: 0 for the margin of pairs, 1 for that of real roots.
         """
         margin = stability.margins[margin_index]
         stable = stability.no_unstable_mode  # this array and the next are changed
