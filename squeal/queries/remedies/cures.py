@@ -242,6 +242,7 @@ class _Search:
         pair damped as was chosen, those after it both.
         """
         chosen = dict.fromkeys(self.meetings, Cure.BOTH)
+        # an amount of damping is a share itself, see `Meeting.unit`
         shares = {mode: meeting.cures[Cure.BOTH] for mode, meeting in self.meetings.items()}
         for mode in self.meetings:
             needed = {}
