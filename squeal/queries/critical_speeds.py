@@ -364,7 +364,7 @@ def critical_speeds(
             f"{system.name}: critical speeds need real matrices that do not follow the frequency "
             "of a root"
         )
-    if system.names:  # another parameter is the speed
+    if system.names:  # matrices depend on parameters: the speed has to be one of these
         refuse_without_effect(analysis.file, [system.parameter], Place("parameter"))
     analysis.warn_of_unused_parameter()
     if not 0.0 <= low < high:
@@ -401,7 +401,7 @@ def critical_speeds(
         parameter=system.parameter,
         low=float(low),
         high=float(high),
-        orders=tuple(float(order) for order in orders),
+        orders=tuple(map(float, orders)),
         critical=tuple(critical),
         speeds=speeds,
         frequencies_hz=frequencies_hz,

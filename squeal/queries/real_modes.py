@@ -23,8 +23,8 @@ FAR_BELOW = -10.0  # the shift that is tried where a stiffness is negative
 NOISE = 1e3 * EPS  # what rounding in other programs makes of a square of zero: 1,000 roundings
 CLEARLY = 1e3  # of that noise: rounding does not mix faster modes with slow ones
 CLEAR_MASS = 1e-10  # of the largest |theta|, a mass over a stiffness: less is hardly any mass
-MORE = 6  # modes by which each further search of the lowest ones asks for more
-MOST_MORE = 25  # no further search after so many more modes than are wanted
+MORE = 6  # modes by which each search of the lowest ones asks for more
+MOST_MORE = 30  # modes that the last search asks for beyond those that are wanted
 
 
 class RealModes(NamedTuple):
@@ -68,7 +68,8 @@ def real_modes(system: TermSystem, count: int) -> RealModes:
     square_of_scale = scaled.frequency_scale**2
     noise = NOISE * square_of_scale
     try:
-        if system.n <= max(ALL_ROWS, count + MOST_MORE + MORE):
+        # Lanczos' method computes fewer than n - 1 modes
+        if system.n <= max(ALL_ROWS, count + MOST_MORE + 1):
             squares, vectors, largest = _all_real_modes(dense(K), dense(M), square_of_scale)
             noise = max(noise, system.n * EPS * largest)  # or n roundings of the largest square
         else:
@@ -95,7 +96,8 @@ def _lowest_by_lanczos(
 
     At first `count` + 6 modes are computed, then 6 more in each further search, until `count`
     modes have a square above `noise`. Five searches are the most: of a system with more than 30
-    free motions fewer than `count` such modes are returned.
+    free motions fewer than `count` such modes are returned. `shift` and `noise` are squares of
+    angular frequencies, as the squares of the modes are.
 
     Returns
     -------
@@ -110,12 +112,11 @@ def _lowest_by_lanczos(
         If the iteration does not converge.
     """
     factor = factorise((K - shift * M).tocsc())
-    squares = np.empty(0)
-    computed = count
-    while np.sum(squares > noise) < count and computed < count + MOST_MORE:
-        computed += MORE
-        # where all eigenvalues are equal, as with K in place of M, it never converges
+    for computed in range(count + MORE, count + MOST_MORE + 1, MORE):
+        # maxiter ends a search that never converges, as where all squares are equal (K given as M)
         squares, vectors = modes_near(K, M, shift, computed, factor, maxiter=100)
+        if np.sum(squares > noise) >= count:
+            break
     return squares, vectors
 
 

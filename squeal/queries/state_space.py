@@ -22,6 +22,7 @@ from squeal.schema import public
 
 MOST_ROWS = 2000
 """The most rows of a system of which a state space, which is dense, is made."""
+NO_FEEDTHROUGH = 0.0  # a matrix D of zeros, whatever its shape
 STATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
 
 
@@ -90,7 +91,8 @@ def state_space(subject: Subject, mu: float | None = None, loop: str | None = No
         )
     changes = {} if mu is None else {system.parameter: mu}
     if loop is None:
-        ports = _Ports(np.eye(system.n), np.eye(system.n), np.zeros((system.n, system.n)))
+        rows = np.eye(system.n)  # a force on each row, and its displacement
+        ports = _Ports(forces=rows, displacements=rows, velocities=np.zeros_like(rows))
         return _of_system(system, changes, ports)
     if loop in changes:
         raise InputError(f"mu: is not allowed with loop={loop!r}; its value is the loop's gain")
@@ -105,7 +107,7 @@ def _of_pad(scene: Scene, mu: float | None) -> StateSpace:
         warnings.warn(words, InputWarning, stacklevel=4)
     A, B = state_matrices(*analysis.matrices)
     labels = {"inputs": ["force x", "force y", "moment"], "outputs": STATES[:3], "states": STATES}
-    return control.ss(A, B, np.eye(3, 6), np.zeros((3, 3)), name=scene.model, **labels)
+    return control.ss(A, B, np.eye(3, 6), NO_FEEDTHROUGH, name=scene.model, **labels)
 
 
 class _Ports(NamedTuple):
@@ -131,8 +133,8 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
         # A formula that is linear between -1 and 1 is linear everywhere; a table may bend beyond
         reach = math.inf if isinstance(factor, Tabulated) else 1.0
         if loop in factor.names and factor.curvature(parameters, loop, -reach, reach) != 0.0:
-            words = f"is not linear in {loop}, which is no gain then"
-            raise InputError(f"loop: the factor {factor.text} {words}")
+            reason = f"is not linear in {loop}, which is no gain then"
+            raise InputError(f"loop: the factor {factor.text} {reason}")
     mass, damping, stiffness = system.derivative(loop, parameters)
     if mass is not None:
         raise InputError(f"loop: M of {system.name} depends on {loop}; K and C alone may")
@@ -188,15 +190,14 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     left, masses, right = np.linalg.svd(M)
     m = rank_of(masses)
     if m == n:  # M is regular: the rows themselves are the motions a
-        left = np.eye(n)
-        right = np.eye(n)
+        left = right = np.eye(n)
     unit = masses[0] or 1.0  # all matrices are divided by it, so that E is about one; 1 if M is 0
     mass, damping, stiffness = (left.T @ (matrix / unit) @ right.T for matrix in (M, C, K))
     forces = left.T @ (ports.forces / unit)
     displacements = ports.displacements @ right.T
     velocities = ports.velocities @ right.T
-    # M q' holds the rates a' alone. An output of velocities that is no combination of rows of M
-    # reads b', which is no state: added to M it raises the rank
+    # b' is no state, and must not be measured. M q' holds the rates a' alone: an output of
+    # velocities without b' is a combination of rows of M, and added to these leaves their rank
     scale = np.linalg.norm(velocities) or 1.0
     rows = np.vstack([M / unit, ports.velocities / scale])
     if rank_of(np.linalg.svd(rows, compute_uv=False)) > m:
@@ -211,10 +212,9 @@ def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> Stat
     rank_of_E = 2 * m + _rank_in(damping, C_b[m:])
     if rank_of_E < n + m:  # some motion has neither mass nor damper
         return _condensed(_Descriptor(E, A, B, outputs), rank_of_E, stiffness, system.name)
-    no_feedthrough = np.zeros((len(outputs), B.shape[1]))
     rates_by_state = np.linalg.solve(E, A)
     rates_by_input = np.linalg.solve(E, B)
-    return control.ss(rates_by_state, rates_by_input, outputs, no_feedthrough, name=system.name)
+    return control.ss(rates_by_state, rates_by_input, outputs, NO_FEEDTHROUGH, name=system.name)
 
 
 class _Descriptor(NamedTuple):

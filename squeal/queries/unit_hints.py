@@ -86,7 +86,8 @@ def hints_of_units(size: float, density: float, speed: float, fastest: float) ->
         true_speed = speed / metre / factor
         slowest = METAL_SPEED if true_density > METAL else SLOWEST
         has_wrong_density = true_density < LIGHTEST or true_density > HEAVIEST  # False of NaN
-        if size / metre < LARGEST and not has_wrong_density and slowest < true_speed < fastest:
+        has_true_speed = slowest < true_speed < fastest
+        if size / metre < LARGEST and not has_wrong_density and has_true_speed:
             if name in CONSISTENT:
                 return []
             effect = f"frequencies are {factor:.3g} times the true ones, unless all is soft lining"

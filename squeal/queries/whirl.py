@@ -66,21 +66,22 @@ def whirl_direction(
     basis : array (rows, n) or None
         What gives the rows of the rotor from those of `system`; None: they are the same.
     """
+    of_orbits = None
     coordinates = coordinates_of(file)
     if coordinates is not None:
         rows = shape if basis is None else basis @ shape
         orbits = _by_orbits(coordinates, file.system, speed, rows)
         # orbits are mixed or straight whichever way the shaft turns. They are forward or backward
         # if a term has told which way it turns (the sense is not 0)
-        if orbits.direction in (MIXED, STRAIGHT) or (orbits.direction and orbits.sense):
+        is_known = orbits.direction is not None and orbits.sense != 0
+        if is_known or orbits.direction in (MIXED, STRAIGHT):
             return orbits.direction
-        # else that way was assumed, or no orbit is known: a term that sees the shape decides
-        return _by_term(system, speed, root, shape, orbits.direction)
-    return _by_term(system, speed, root, shape)
+        of_orbits = orbits.direction  # the way was assumed: a term that sees the shape decides
+    return _by_term(system, speed, root, shape, of_orbits)
 
 
 def _by_term(
-    system: TermSystem, speed: float, root: complex, shape: NDArray, of_orbits: str | None = None
+    system: TermSystem, speed: float, root: complex, shape: NDArray, of_orbits: str | None
 ) -> str | None:
     """The direction of a shape by the first term that turns with the shaft and sees the shape.
 
@@ -97,7 +98,7 @@ def _by_term(
         net = 0.0  # forward parts of the shape less backward ones
         net_sizes = 0.0  # the sum of |net| of each disc alone, which the term couples to no other
         total = 0.0  # forward and backward parts together
-        # rows that the term couples; it is skew, so that what acts on a row depends on it
+        # the rows of each disc, which the term couples; coupling is mutual in a skew matrix
         for rows in components(reaches(matrix != 0.0)):
             # eigenvalues of i S, see the module: above 0 of forward parts, below 0 of backward ones
             values, vectors = np.linalg.eigh(1j * matrix[np.ix_(rows, rows)])
@@ -105,9 +106,9 @@ def _by_term(
             net += parts.sum()
             net_sizes += abs(parts.sum())
             total += np.abs(parts).sum()
-        # below: the term does not see the shape. |lambda| to the power 1 of a term of C, 0 of one
-        # of K, makes its product with the shape an energy
-        if abs(root) ** turning.power * total <= UNSEEN * energy:
+        # times |lambda| to the power 1 for a term of C, 0 for one of K, the total is an energy
+        does_not_see_shape = abs(root) ** turning.power * total <= UNSEEN * energy
+        if does_not_see_shape:
             continue
         if abs(net) < OPPOSED * net_sizes:  # some discs whirl forward, others backward
             return of_orbits or MIXED
@@ -139,9 +140,10 @@ def _by_orbits(
         return _Orbits(None)
     u, v = coordinates.displacements(shape)[:, across].T
     sizes = np.abs(u) ** 2 + np.abs(v) ** 2
-    # of the orbits, positive from u to v, see the module: up to +-`sizes`, which a circle has
+    # areas of the orbits, see the module: `sizes` of a circle run through from u to v, minus that
+    # of one run through from v to u, 0 of a straight line
     areas = 2 * (u * v.conj()).imag
-    sense = 0.0  # of reduced components, no row of which is that of a node, it is not known
+    sense = 0.0  # unknown of reduced components, whose rows do not belong to nodes
     if not coordinates.bases:
         masses = np.abs(system.at({system.parameter: speed})[0].diagonal())
         energies = masses * np.abs(shape) ** 2
@@ -151,9 +153,9 @@ def _by_orbits(
         sense = _sense(coordinates, across, system, speed)
     areas = areas * (sense or 1.0)  # where it is not known the sense of the directions is assumed
     moves = sizes > STILL * sizes.max()
-    counts = moves & (np.abs(areas) > ROUND * sizes)
-    forward = bool(np.any(areas[counts] > 0.0))
-    backward = bool(np.any(areas[counts] < 0.0))
+    is_round = moves & (np.abs(areas) > ROUND * sizes)
+    forward = bool(np.any(areas[is_round] > 0.0))
+    backward = bool(np.any(areas[is_round] < 0.0))
     direction = STRAIGHT if moves.any() else None
     if forward and backward:
         direction = MIXED
