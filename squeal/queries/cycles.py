@@ -209,8 +209,9 @@ class Cycles(Answer):
         >>> len(found.table().rows)
         0
         """
-        lead = Column(self.parameter, value=attrgetter("value"))
-        return Table((lead, *COLUMNS), self.orbits, "", f"no periodic motion: {self.reason}")
+        parameter = Column(self.parameter, value=attrgetter("value"))
+        nothing = f"no periodic motion: {self.reason}"
+        return Table([parameter, *COLUMNS], self.orbits, nothing=nothing)
 
     def parts(self) -> Sequence[str | Table]:
         """The cycles and where sliding is stable.
@@ -228,8 +229,8 @@ class Cycles(Answer):
         """
         sliding = {}  # a sentence by value
         for value, verdict in self.sliding:
-            words = verdict or "no equilibrium"
-            sliding[value] = f"sliding at {self.parameter} = {number(value)}: {words}"
+            verdict_in_words = verdict or "no equilibrium"
+            sliding[value] = f"sliding at {self.parameter} = {number(value)}: {verdict_in_words}"
         at_scene = self.at_scene
         if at_scene is None:
             return [self.table(), *sliding.values()]
@@ -243,8 +244,8 @@ class Cycles(Answer):
         if at_scene.value in sliding:
             parts.append(sliding[at_scene.value])
         for value, verdict in self.critical:
-            words = verdict or "no equilibrium"
-            parts.append(f"sliding from {self.parameter} = {number(value)} on: {words}")
+            verdict_in_words = verdict or "no equilibrium"
+            parts.append(f"sliding from {self.parameter} = {number(value)} on: {verdict_in_words}")
         return parts
 
     def to_dict(self) -> dict[str, Any]:
@@ -262,6 +263,7 @@ class Cycles(Answer):
         []
         """
         turns = [orbit for orbit in self.orbits if orbit.turn]
+        changes = [{"value": value, "verdict": verdict} for value, verdict in self.critical]
         return {
             "model": self.model,
             "parameter": self.parameter,
@@ -270,8 +272,8 @@ class Cycles(Answer):
             "reason": self.reason or None,
             "ends": [reason or None for reason in self.ends],
             "turning_points": [{"kind": orbit.turn, "value": orbit.value} for orbit in turns],
-            "sliding": [{"value": at, "verdict": verdict} for at, verdict in self.sliding],
-            "sliding_changes": [{"value": at, "verdict": verdict} for at, verdict in self.critical],
+            "sliding": [{"value": value, "verdict": verdict} for value, verdict in self.sliding],
+            "sliding_changes": changes,
         }
 
 
@@ -289,8 +291,10 @@ def _parameter_range(
     if name not in values:
         raise at.must_be(name, f"one of {', '.join(values)}")
     if not low <= values[name] <= high:
-        words = f"a range that holds {values[name]:g}, the scene's value, where the first cycle is"
-        raise at.must_be(f"{name}:{low:g}:{high:g}", words)
+        allowed = (
+            f"a range that holds {values[name]:g}, the scene's value, where the first cycle is"
+        )
+        raise at.must_be(f"{name}:{low:g}:{high:g}", allowed)
     for end in (low, high):
         scene.replace(**{name: end})  # refuses a value that the parameter may not take
     return name, low, high
@@ -366,7 +370,7 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     """
     c = model.c
     # grid.states (6, points, steps) are x, y, w theta and their rates, at some points in each time
-    # step; `place` divides w theta, or its rate, by w
+    # step; `xy_theta` divides w theta, or its rate, by w
     q = c.xy_theta(grid.states[:3])
     velocity = np.array(c.xy_theta(grid.states[3:]))
     # (contacts, 1, steps): all points of a step have the same contact state
@@ -418,8 +422,8 @@ def _changes_of_sliding(
     for (start, before), (end, after) in itertools.pairwise(sliding):
         low = start
         verdict = before
-        # a bisection finds one change. Where a third verdict lies between start and end that may be
-        # the change to the third verdict: the next bisection goes on from there
+        # a bisection finds one change. With a third verdict between start and end it may be the
+        # change to this third one: the next bisection then goes on from there
         while verdict != after:
             high = end
             verdict_beyond = after
@@ -491,10 +495,10 @@ def cycles(
     def model_at(scaled: float) -> PadModel:
         return units.scaled(damped_model(scene.replace(**{name: scaled * scale})))
 
-    def verdict_at(at: float) -> str | None:
+    def verdict_at(parameter: float) -> str | None:
         """The verdict on the sliding equilibrium, None if there is none."""
         try:
-            return analyse(scene.replace(**{name: at})).verdict or IN_DOUBT
+            return analyse(scene.replace(**{name: parameter})).verdict or IN_DOUBT
         except ComputationError:
             return None
 
@@ -527,7 +531,8 @@ def cycles(
             above, end_above = follow(towards=1.0)
         values_of_sliding |= set(np.linspace(low, high, SLIDING).tolist())
     branch = (*reversed(below), first, *above)
-    sliding = tuple((at, verdict_at(at)) for at in sorted(values_of_sliding))
+    rising = sorted(values_of_sliding)
+    sliding = tuple(zip(rising, map(verdict_at, rising), strict=True))
     return Cycles(
         model=scene.model,
         parameter=name,

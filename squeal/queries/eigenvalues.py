@@ -39,7 +39,7 @@ def eigenvalues(
     progress: Progress | None = None,
     look: Sweep | None = None,
     prove: bool | None = None,
-    workers: Workers | None = None,
+    workers: Workers | None = None,  # `public` reads it
 ) -> Eigenvalues:
     """Compute eigenvalues, and the verdict on them.
 
@@ -50,13 +50,13 @@ def eigenvalues(
     at : float, optional
         Value of the friction or of the free parameter; left out, the subject's own.
     band : (float, float), optional
-        Lowest and highest frequency in Hz, of systems. Roots that grow or decay faster than a
-        quarter of the highest one (in rad/s) are left out of more than 400 rows.
+        Lowest and highest frequency in Hz, of systems. Of a system of more than 400 rows, roots
+        that grow or decay faster than a quarter of the highest frequency (in rad/s) are left out.
     region : (float, float, float, float), optional
         Real parts (1/s) from, to, imaginary parts (rad/s) from, to, instead of a band.
     modes : int, optional
-        So many of least |lambda|, by rising frequency, of systems. Of more than 400 rows 20 if
-        nothing else is given.
+        So many roots of least |lambda| are listed, by rising frequency, of systems. Of a system of
+        more than 400 rows it is 20 if neither a band nor a region is given.
     memory : float, optional
         Bytes that may be used; left out, what is free.
     progress : callable, optional
@@ -221,9 +221,9 @@ def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, 
             return unstable
         breakpoints = path.breakpoints
 
-    def on_branch(at: float) -> Matrices:
+    def on_branch(value: float) -> Matrices:
         """M, C, K at a value of mu. At the scene's mu they are exactly the analysed ones, so that
         the modes are the same."""
-        return matrices if at == mu else matrices_of_branch(at)
+        return matrices if value == mu else matrices_of_branch(value)
 
     return unstable_modes(on_branch, mu, thresholds(on_branch, mu, breakpoints))

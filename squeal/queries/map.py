@@ -35,7 +35,7 @@ def map(
     band: Band | None = None,
     memory: Positive | None = None,
     progress: Progress | None = None,
-    workers: Workers | None = None,
+    workers: Workers | None = None,  # `public` reads it
 ) -> Map:
     """Compute the verdict over two parameters.
 
@@ -101,12 +101,11 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None) -> Map
     verdict_at = partial(_verdict_and_growth, system, selection, reduction)
     computed = mapped(verdict_at, points, in_threads=reduction is not None)
     # verdict and growth of each point, in the order of the points
-    cells = list(with_progress(computed, len(points), PROGRESS.get(), "points"))
-    verdicts = [verdict for verdict, _ in cells]
+    cells = with_progress(computed, len(points), PROGRESS.get(), "points")
+    verdicts, growth = zip(*cells, strict=True)
     names = (*VERDICTS, NO_ROOT, UNCOUNTED)
     shape = (axes[0].n, axes[1].n)
     codes = np.reshape([names.index(verdict) for verdict in verdicts], shape).astype(np.int8)
-    growth = np.reshape([rate for _, rate in cells], shape)
     basis = basis_of(reduction, selection) or analysis.component_reduction
     notes = notes_of_seat(analysis.file)
     if basis:
@@ -121,7 +120,7 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None) -> Map
         units=("", ""),
         verdicts=names,
         codes=codes,
-        quantity=("largest_real", "1/s", growth),
+        quantity=("largest_real", "1/s", np.reshape(growth, shape)),
         details={
             "verdicts": np.reshape(verdicts, shape).tolist(),
             "basis": basis,
@@ -148,11 +147,11 @@ def _verdict_and_growth(
     system: System,
     selection: EigenvalueSelection,
     reduction: Reduction | None,
-    at: Mapping[str, float],
+    parameters: Mapping[str, float],
 ) -> tuple[str, float]:
     """The verdict and the largest growth rate (1/s, NaN without a root) at one point of a map.
 
-    A task of a process; `at` are the values of both parameters.
+    A task of a process; `parameters` are the two of the axes, with their values there.
     """
     from squeal.queries.systems.all_roots import roots_of_all
     from squeal.queries.systems.verdicts import UNCOUNTED, rounding_of, verdict_of, verdict_of_some
@@ -162,18 +161,19 @@ def _verdict_and_growth(
     # one zero stands for all
     errors = np.zeros(1)
     if isinstance(reduction, FirstLook):
-        estimate = reduction.estimate(at)
+        estimate = reduction.estimate(parameters)
         roots = estimate.values
         errors = estimate.errors
     elif reduction is not None:
-        roots = reduction.values(at)
+        roots = reduction.values(parameters)
     else:
-        roots = roots_of_all(system, selection, at)
+        roots = roots_of_all(system, selection, parameters)
     rounding = np.maximum(errors, rounding_of(system, roots))
     growth = np.nan
     if len(roots):
         growth = float(roots.real.max())
-    verdict = verdict_of(roots, rounding)
-    if reduction is not None:
+    if reduction is None:
+        verdict = verdict_of(roots, rounding)
+    else:  # it may lack roots: without a growing one nothing is decided
         verdict = verdict_of_some(roots, rounding) or UNCOUNTED
     return verdict, growth

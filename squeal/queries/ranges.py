@@ -269,8 +269,8 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
     """A product of formulas as a function of a ball of the parameter; None where it is 1.
 
     The other parameters have the system's values. In place of a ball the function takes a power
-    series of balls, which gives derivatives too, or a rational function
-    (`squeal.proof.polynomials.Quotient`), which gives the product as one of the parameter.
+    series of balls, which gives derivatives too, or the parameter itself as a rational function
+    (`squeal.proof.polynomials.Quotient`): the product then is a rational function of the parameter.
     """
     if all(not formula.names and formula.value({}) == 1.0 for formula in formulas):
         return None
@@ -279,7 +279,7 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
     values = dict(system.parameters)
 
     def product(ball: Any) -> Any:
-        at = values | {system.parameter: ball}
+        values_with_ball = values | {system.parameter: ball}
         exact = flint.arb  # a ball of radius 0 of a number
         if not isinstance(ball, flint.arb | flint.arb_series):
             exact = type(ball).of  # a constant rational function
@@ -288,7 +288,7 @@ def _product(formulas: Sequence[Formula], system: TermSystem) -> Factor | None:
             """Numbers of a formula in the arithmetic of the ball, which itself stays as it is."""
             return x if x is ball else exact(x)
 
-        first, *others = [formula.in_arithmetic(at, operand) for formula in formulas]
+        first, *others = [formula.in_arithmetic(values_with_ball, operand) for formula in formulas]
         return math.prod(others, start=first)
 
     return product
@@ -400,7 +400,7 @@ def _proof_of_system(
     most = INTERVALS  # into which the proof may divide the range
     if is_exact:
         most = INTERVALS_OF_EXACT
-    if not at_any_cost:
+    if not at_any_cost:  # fewer for a large system, see `LARGE`
         # without damping the proof is about lambda^2, of which there are n
         states = 2 * system.n if system.C else system.n
         most = int(most / (1.0 + (states / LARGE) ** 2))
@@ -535,14 +535,14 @@ def doubt_of_counts(
             middle = (start + stop) / 2.0
             doubt = f"the referee cannot count what grows on both sides of {middle:.9g}"
         if not _may_rise(below, above, _rise_within(crossings, (start, stop))):
-            words = f"{below.lower} roots grow below {start:.9g} and {above.lower} above"
-            return f"{DISAGREES}{words}", stop + RESTART_DISTANCE * half_gap_above
+            counts = f"{below.lower} roots grow below {start:.9g} and {above.lower} above"
+            return f"{DISAGREES}{counts}", stop + RESTART_DISTANCE * half_gap_above
     if is_complete and ends_are_clear:
         below = _count(system, low)
         above = _count(system, high)
         if not _may_rise(below, above, _rise_within(crossings, (low, high))):
-            words = f"{below.lower} roots grow at {low:.9g} and {above.lower} at {high:.9g}"
-            return f"{DISAGREES}{words}", (low + high) / 2.0
+            counts = f"{below.lower} roots grow at {low:.9g} and {above.lower} at {high:.9g}"
+            return f"{DISAGREES}{counts}", (low + high) / 2.0
     return doubt, None
 
 

@@ -58,7 +58,7 @@ def sensitivity(
     InputError
         For what does not fit the subject.
     ComputationError
-        If several modes cross the imaginary axis at once, or growth changes hands there.
+        If several modes cross the imaginary axis at the threshold, or none does.
 
     Examples
     --------
@@ -120,8 +120,8 @@ def sensitivity(
     if known is not None:
         refuse_other_subject("known", known.source, analysis.system)
         source = known.source
-        is_given = not (band is None and region is None and modes is None)
-        if is_given and isinstance(source, SystemSource) and source.selection != analysis.selection:
+        selects = not (band is None and region is None and modes is None)
+        if selects and isinstance(source, SystemSource) and source.selection != analysis.selection:
             raise InputError(
                 "known: is the answer for another band, region or number of modes; that for the "
                 "same ones is allowed, or leave them out"

@@ -47,7 +47,7 @@ def sweep(
     method: Literal["full", "reduced", "modal"] | None = None,
     memory: Positive | None = None,
     progress: Progress | None = None,
-    workers: Workers | None = None,
+    workers: Workers | None = None,  # `public` reads it
 ) -> Sweep:
     """Compute eigenvalues at values of the friction or of the free parameter.
 
@@ -126,8 +126,8 @@ def pad_sweep(scene: Scene, values: Sequence[float], numbered_at: float | None =
         if len(rising) > 1:
             spectrum_at = continued(matrices_of_branch, rising).at
         steps_by_mu = [reached[mu] for mu in rising]
-        at = scene.pad.mu if numbered_at is None else numbered_at
-        numbered = assign_mode_numbers(steps_by_mu, spectrum_at, numbered_at=at)
+        reference_mu = scene.pad.mu if numbered_at is None else numbered_at
+        numbered = assign_mode_numbers(steps_by_mu, spectrum_at, numbered_at=reference_mu)
         reached = dict(zip(rising, numbered.steps, strict=True))
         losses = numbered.losses
         reference = numbered.reference
@@ -185,7 +185,7 @@ def _system_sweep(analysis: SystemAnalysis, values: Sequence[float], method: str
     )
 
 
-def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
+def eigenvalue_paths(answer: Thresholds, low: float, high: float) -> Sweep:
     """The eigenvalues at the values of the parameter that a figure of thresholds needs.
 
     The subject's own value is among them if it lies in the range. Modes are numbered at `low`. The
@@ -193,37 +193,41 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
 
     Raises ComputationError if the branch of a pad's equilibria ends before `low`.
     """
-    source = found.source
+    source = answer.source
     if isinstance(source, PadSource):
-        return _pad_paths(source.scene, found, low, high)
+        return _pad_paths(source.scene, answer, low, high)
     assert source is not None
     from squeal.queries.systems.sweeps import track_modes
 
     values = np.linspace(low, high, DRAWN_OF_SYSTEMS)
-    own_value = source.file.system.parameters[found.parameter]
+    own_value = source.file.system.parameters[answer.parameter]
     if low < own_value < high:
         values = np.union1d(values, own_value)
-    drawn = values.tolist()
     steps, losses, reference = track_modes(
-        source.file, source.selection, drawn, source.reduction, numbered_at=low, is_judged=False
+        source.file,
+        source.selection,
+        values.tolist(),
+        source.reduction,
+        numbered_at=low,
+        is_judged=False,
     )
-    return Sweep(found.name, found.parameter, steps, losses, reference, source=source)
+    return Sweep(answer.name, answer.parameter, steps, losses, reference, source=source)
 
 
-def _pad_paths(scene: Scene, found: Thresholds, low: float, high: float) -> Sweep:
+def _pad_paths(scene: Scene, answer: Thresholds, low: float, high: float) -> Sweep:
     """The eigenvalues of a pad at values of mu that a figure needs, with each threshold.
 
     Raises ComputationError if the branch of equilibria ends before `low`.
     """
-    if found.high <= low:
-        raise ComputationError(f"no equilibrium at mu = {low:.9g}: {found.end}")
-    share = np.linspace(0.0, 1.0, DRAWN_OF_PADS)
-    stop = min(found.high, high)
-    if any(point.kind == "fold" for point in found.points):
+    if answer.high <= low:
+        raise ComputationError(f"no equilibrium at mu = {low:.9g}: {answer.end}")
+    shares = np.linspace(0.0, 1.0, DRAWN_OF_PADS)
+    stop = min(answer.high, high)
+    if any(point.kind == "fold" for point in answer.points):
         # towards a fold a frequency falls as the fourth root of the distance (its square as the
         # square root), so that values are crowded there
-        share = 1.0 - (1.0 - share) ** 2
+        shares = 1.0 - (1.0 - shares) ** 2
         stop = stop * (1.0 - 1e-9)  # at the fold itself the tangent stiffness is singular
-    values = [*(low + (stop - low) * share), *(point.mu for point in found.points)]
+    values = [*(low + (stop - low) * shares), *(point.mu for point in answer.points)]
     values.append(scene.pad.mu)
     return pad_sweep(scene, np.unique(np.clip(values, low, stop)).tolist(), low)

@@ -57,7 +57,7 @@ def thresholds(
     region: Region | None = None,
     memory: Positive | None = None,
     progress: Progress | None = None,
-    workers: Workers | None = None,
+    workers: Workers | None = None,  # `public` reads it
     prove: bool | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
@@ -67,8 +67,8 @@ def thresholds(
     subject, band, region, memory, progress, workers
         As `sweep` takes them. A system of more than 400 rows needs a band or a region.
     high : float, optional
-        Upper end of the range; left out, 2 of `mu`, or the subject's own value if that is larger.
-        Of another parameter twice its own value, which must be above 0 then.
+        Upper end of the range. Left out, it is 2 for the friction `mu`, or the subject's own value
+        if that is larger; for another parameter it is twice its own value, which must be above 0.
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
@@ -198,9 +198,10 @@ def pad_thresholds(
 
 
 def _on_branch(answer: Thresholds, scene: Scene, path: Path) -> Thresholds:
-    """Take into located thresholds where the branch of equilibria ends, and its limits.
+    """Add to located thresholds the end of the branch of equilibria, and the limits of the model.
 
-    A fold is the last threshold. Thresholds at changes of contact get their intervals.
+    A fold is the last threshold. The intervals of thresholds at a fold or a change of contact are
+    widened to the rounding of the equilibrium there.
     """
     points = list(answer.points)
     admissible_to, warnings = _admissible(path)
@@ -239,16 +240,16 @@ def _judged(scene: Scene, path: Path | None, answer: Thresholds, fastest: float)
     """
     from squeal.queries.ranges import pad_statement  # here, since few answers need it
 
-    start = np.zeros(3)  # B3, which has no branch, is linearised about the origin
+    q_at_rest = np.zeros(3)  # B3, which has no branch, is linearised about the origin
     fold = None
     if path is not None:
         at_rest = path.equilibrium(0.0)
         assert at_rest is not None
-        start = np.array(at_rest.q)
+        q_at_rest = np.array(at_rest.q)
         fold = path.fold
     first_loss = next((point.mu for point in answer.points if point.kind in GROWING), None)
     statement, intervals = pad_statement(
-        damped_model(scene), start, answer.crossings, answer.high, first_loss, fastest, fold
+        damped_model(scene), q_at_rest, answer.crossings, answer.high, first_loss, fastest, fold
     )
     return _Refereed(with_statement(answer, statement, intervals), statement.refuted_at)
 
@@ -333,9 +334,9 @@ def _admissible(path: Path) -> tuple[float, list[str]]:
             high = middle
         else:
             low = middle
-    at = path.equilibrium(high)
-    assert at is not None
-    return low, [f"from mu = {high:.6g} on {words}" for words in at.excesses]
+    equilibrium_beyond = path.equilibrium(high)
+    assert equilibrium_beyond is not None
+    return low, [f"from mu = {high:.6g} on {limit}" for limit in equilibrium_beyond.excesses]
 
 
 def system_thresholds_with_proof(
@@ -349,9 +350,9 @@ def system_thresholds_with_proof(
     The referee proves the thresholds of a system of few rows whose entries are given. For another
     small real system it counts growing roots on both sides of each threshold. If it refutes the
     list, the search is repeated with a step that ends at the value in question; the last of up to
-    `SEARCHES` lists stands. Thresholds that are exact for the entries, see `exact_range`, take the
-    place of a search once at most: of the first one where M is singular and the search may fail,
-    else of the one after a list that is not certified.
+    `SEARCHES` lists stands. Once at most, thresholds that are exact for the entries, see
+    `exact_range`, replace a search: the first one where M is singular, since a search may fail
+    there, else the one after a list that is not certified.
 
     Parameters
     ----------
@@ -360,8 +361,9 @@ def system_thresholds_with_proof(
     high, low : float
         The range of the free parameter; see `system_thresholds`.
     prove : bool, optional
-        False: the referee is not called. True: it is called for up to 400 rows, however long that
-        takes, and a system of a kind that it cannot prove is refused.
+        False: the referee is not called. None: it proves the list of up to `PROVED_ROWS` rows, and
+        counts for other small real systems. True: it proves that of up to 400 rows, however long it
+        takes; a system of a kind that it cannot prove is refused.
 
     Raises
     ------
@@ -402,7 +404,7 @@ def system_thresholds_with_proof(
     if low is None:
         low = start_of_range(system, high)
     exact_thresholds = None
-    may_try_exact = is_to_be_proved and lists_all  # once
+    may_try_exact = is_to_be_proved and lists_all  # at most once
     if may_try_exact and not is_regular(dense(system(low)[0])):  # M is singular
         may_try_exact = False
         exact_thresholds = exact_range(system, low, high)
@@ -435,7 +437,8 @@ def system_thresholds_with_proof(
         step_ends.append(refuted_at)
     if answer.certified and answer.proof is None:
         answer = _counted_not_proved(answer, is_certified=not small)
-    # by what data with few digits, reduced components and the contact held at its seat leave open
+    # the intervals get wider by what data with few digits and reduced components leave open; where
+    # the contact would leave the seat at which it was held, nothing is certified
     answer = widened(analysis.file, system, answer)
     answer = thresholds_as_seated(analysis.file, answer)
     if assumptions:
@@ -512,7 +515,8 @@ def _proved_system(
 ) -> _Refereed:
     """Let the referee prove the thresholds of a small system on their whole range.
 
-    The referee counts all roots: of a band nothing is proved while others grow, which may enter it.
+    The referee counts all roots: nothing is proved of a band or region while roots outside of it
+    grow, since they may enter it.
 
     Parameters
     ----------
@@ -533,19 +537,19 @@ def _proved_system(
     from squeal.queries.systems.all_roots import motion_rates, roots_of_all
 
     changes = {system.parameter: answer.low}
-    roots = roots_of_all(system, EigenvalueSelection(), changes)
+    all_roots = roots_of_all(system, EigenvalueSelection(), changes)
     rates = motion_rates(system, changes)
     statement, intervals = system_statement(
         system, all_crossings, answer.low, answer.high, rates, at_any_cost, is_exact
     )
     doubts = list(answer.details["unconfirmed"])
     selected = roots_of_all(system, selection, changes)
-    grows_outside = _number_growing(system, roots) > _number_growing(system, selected)
+    grows_outside = _number_growing(system, all_roots) > _number_growing(system, selected)
     if grows_outside or len(all_crossings) > len(answer.crossings):
         doubts.append(GROWS_OUTSIDE)
     if statement.status == "proved" and doubts:
-        words = "; ".join(doubts)
-        statement = replace(statement, status="open", growth_below=None, reason=words)
+        reason = "; ".join(doubts)
+        statement = replace(statement, status="open", growth_below=None, reason=reason)
     return _Refereed(with_statement(answer, statement, intervals), statement.refuted_at)
 
 
