@@ -227,8 +227,8 @@ def advise(
     # two for each parameter: its lowered value and then its raised one
     changed_values = []
     for name, step in steps.items():
-        changed_values.append({name: space.values[name] - step})
-        changed_values.append({name: space.values[name] + step})
+        value = space.values[name]
+        changed_values += [{name: value - step}, {name: value + step}]
     warnings: tuple[str, ...] = ()
     if isinstance(unchanged, TermSystem):
         answer = thresholds(unchanged, high, band=band, memory=memory, progress=progress)

@@ -52,7 +52,7 @@ def mac(X: ArrayLike, Y: ArrayLike) -> Array:
     >>> mac([[1, 1], [1, -1]], [[2j], [0]]).round(3).tolist()
     [[0.5], [0.5]]
     """
-    units = []
+    unit_shapes = []
     row_labels = []
     for name, Z in {"X": X, "Y": Y}.items():
         in_columns = Z
@@ -67,10 +67,10 @@ def mac(X: ArrayLike, Y: ArrayLike) -> Array:
         if not shapes.any(axis=0).all():
             raise InputError(f"mac: {name}: a shape of zeros is not allowed; each must move")
         scaled = shapes / np.abs(shapes).max(axis=0)  # squares neither overflow nor vanish
-        units.append(scaled / np.linalg.norm(scaled, axis=0))
+        unit_shapes.append(scaled / np.linalg.norm(scaled, axis=0))
     if len(row_labels) == 2 and row_labels[0] != row_labels[1]:
         raise InputError("mac: X and Y: other labels of their rows are not allowed; reindex one")
-    x, y = units
+    x, y = unit_shapes
     if len(x) != len(y):
         raise InputError(f"mac: {len(x)} and {len(y)} rows are not allowed; they must be the same")
     return np.abs(x.conj().T @ y) ** 2

@@ -166,11 +166,11 @@ class Energy(Answer):
                 balance.append(f"{role} puts in {works[role]:.4g} 1/s")
             elif works[role] < -least:
                 balance.append(f"{role} takes {-works[role]:.4g}")
-        words = ", ".join(balance) or "no term does work"
-        return f"{head}: {words}; in all {number(rows[0].growth_rate, 4)} 1/s"
+        works_in_words = ", ".join(balance) or "no term does work"
+        return f"{head}: {works_in_words}; in all {number(rows[0].growth_rate, 4)} 1/s"
 
     def place(self, mode: int) -> str:
-        """Which parts store the energy of a mode, in a line, the largest share first.
+        """The five parts that store most of the energy of a mode, in a line, the largest first.
 
         Empty without parts, and for a mode that does not oscillate.
 
@@ -186,12 +186,12 @@ class Energy(Answer):
             if row.mode == mode and row.energy is not None:
                 shares.append((row.energy, f"{number(100.0 * row.energy, 3)} % in {row.part}"))
         shares.sort(key=lambda share: -share[0])
-        return ", ".join(words for _, words in shares[:SPOKEN])
+        return ", ".join(text for _, text in shares[:SPOKEN])
 
     def table(self) -> Table:
 
         def growth(row: Contribution) -> str:
-            """The growth as a number; a value of the size of rounding as 0."""
+            """The growth as a number; growth of the size of rounding is shown as 0."""
             if row.growth is None:
                 return "-"
             rounding = ROUNDING * math.tau * row.frequency_hz
@@ -225,7 +225,7 @@ class Energy(Answer):
         works = (Column("growth", "1/s"), Column("damping", "1/s", words="of it damping, 1/s"))
 
         def energy(row: PartShare) -> str:
-            """The share in %, of the size of rounding as 0."""
+            """The share in %; a share of the size of rounding is shown as 0."""
             return "-" if row.energy is None else number(round(100.0 * row.energy, 6), 4)
 
         share = Column("energy", shown=energy, percent=True)
@@ -325,16 +325,16 @@ class _GroupOfRoots(NamedTuple):
     slopes: Mapping[str, ComplexArray]
 
 
-def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Iterator[_GroupOfRoots]:
+def _groups_of_roots(answer: Eigenvalues, roots: Sequence[NumberedRoot]) -> Iterator[_GroupOfRoots]:
     """Group the roots by their matrices, and give each group the terms of its matrices.
 
     All roots have the same matrices, unless some matrix follows the frequency: then each root is a
     group, with the matrices at its frequency.
     """
-    source = found.source
+    source = answer.source
     if isinstance(source, PadSource):
         assert source.analysis is not None
-        terms = pad_terms(source.scene.replace(mu=found.value), source.analysis)
+        terms = pad_terms(source.scene.replace(mu=answer.value), source.analysis)
         slopes = _slopes_of(terms, [root for _, root in roots], {})
         # no matrix follows the frequency: the partial derivatives are the whole ones
         yield _GroupOfRoots(roots, terms, slopes, slopes)
@@ -357,15 +357,15 @@ def _groups_of_roots(found: Eigenvalues, roots: Sequence[NumberedRoot]) -> Itera
 
 
 def _rows_of_parts(
-    found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None, size: int
+    answer: Eigenvalues, parts: Mapping[str, Sequence[int]] | None, size: int
 ) -> Mapping[str, Sequence[int]]:
     """The rows of each part: the given ones, else those of the components of an assembly.
 
     Raises InputError for rows that a system of this size does not have.
     """
     if not parts:
-        if isinstance(found.source, SystemSource):
-            return component_rows(found.source.file)
+        if isinstance(answer.source, SystemSource):
+            return component_rows(answer.source.file)
         return {}
     for name, rows in parts.items():
         if any(not 0 <= row < size for row in rows):
@@ -427,6 +427,7 @@ def _role_of(part: str, term: Term, changes_without_friction: bool) -> str:
     Of C: skew terms are gyroscopic, all others damping, of friction or not. Of K: friction first,
     then unsymmetric terms are circulatory, symmetric ones with a loss factor damping, the remaining
     ones stiffness. Of M: mass, if symmetric.
+
     changes_without_friction: whether the factor depends on the parameter that `frictionless` sets
     to zero: mu, or the free parameter of a system without mu, which may be a speed.
     """

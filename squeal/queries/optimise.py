@@ -251,8 +251,9 @@ class _Search:
         eigenvalues = []
         for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True):
             # derivatives need neither the residual nor the condition
-            root = Eigenvalue(value, right, left, residual=math.nan, condition=math.nan)
-            eigenvalues.append(root)
+            eigenvalues.append(
+                Eigenvalue(value, right, left, residual=math.nan, condition=math.nan)
+            )
         derivatives = {name: system.derivative(name) for name in parameters}
         by_parameter, _ = sensitivities(matrices, derivatives, eigenvalues)
         slopes = self.width * np.array([by_parameter[name].real for name in parameters]).T
@@ -278,7 +279,7 @@ class _Search:
         unit = float(steepest) or 1.0
 
         def slack(v: Array) -> Array:
-            """(t - g_i(q)) / unit (LEADING,), to be 0 or more; 1 for roots that there are not."""
+            """(t - g_i(q)) / unit (LEADING,), to be 0 or more; 1 where there are fewer roots."""
             rates = self.evaluate(v[:-1]).rates
             distances = np.ones(LEADING)
             distances[: len(rates)] = v[-1] - rates / unit
@@ -463,8 +464,8 @@ def _best_of_searches(
     if len(bounds) <= CORNERS:
         points_of_basis += map(np.array, itertools.product((0.0, 1.0), repeat=len(bounds)))
     reduction = None
+    residual = 0.0  # as of a small system, which is searched itself
     for _ in range(REDUCTIONS):
-        residual = 0.0
         if not is_small(system):
             changes = [search.parameters(point) for point in points_of_basis]
             reduction = reduced_for(system, selection, [{}, *changes])  # {}: the own parameters
@@ -474,7 +475,7 @@ def _best_of_searches(
         parameters = search.parameters(best.q)
         if reduction is not None:
             residual = float(reduction.modes(parameters).residuals.max())
-        if residual <= RESIDUAL_TOLERANCE:  # always, without a reduced system
+        if residual <= RESIDUAL_TOLERANCE:  # always true without a reduced system
             break
         points_of_basis.append(best.q)
         starting_points = [best.q]

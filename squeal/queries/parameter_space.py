@@ -138,13 +138,13 @@ class ParameterSpace:
         if isinstance(subject, Scene):
             MU_MAX.read(high, place / "high")
             free = "mu"
-            at = subject.pad.mu
+            present = subject.pad.mu
             values = copied_attributes(subject.pad, " ".join(parameters(subject.pad_model)))
             units = {name: unit_word(PARAMETERS[name].unit) for name in values}
         elif isinstance(subject, TermSystem):
             free = subject.parameter
             values = subject.given
-            at = float(values[free])
+            present = float(values[free])
             units = dict.fromkeys(values, "")
         else:
             allowed = "it must be a Scene or a system with named parameters"
@@ -152,9 +152,9 @@ class ParameterSpace:
         if quantity == "threshold":
             values = {name: value for name, value in values.items() if name != free}
         if isinstance(subject, TermSystem) and not values:
-            words = "it must have one under its key parameters"
-            raise place.refuse(f"{subject.name} has no named parameter but {free}; {words}")
-        return ParameterSpace(subject, free, at, values, units)
+            allowed = "it must have one under its key parameters"
+            raise place.refuse(f"{subject.name} has no named parameter but {free}; {allowed}")
+        return ParameterSpace(subject, free, present, values, units)
 
     def require(self, name: str, at: Place) -> None:
         """Raise InputError for a name that is no parameter of this space."""

@@ -16,7 +16,7 @@ from squeal.schema import Place, read_content
 
 
 def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:
-    """The chunks of samples that a journal holds, by their number; a new one is begun.
+    """Read the chunks of samples that a journal holds, by their number, or begin a new journal.
 
     What an interrupted write left of the last line is removed from the file.
 
@@ -57,8 +57,8 @@ def read_or_begin(path: Path, question: str) -> dict[int, list[Sample]]:
             number, samples = json.loads(_record_of(line))
             chunks[number] = [Sample(*values) for values in samples]
     except (ValueError, TypeError):
-        words = "holds no samples of this question; the name of another file is allowed"
-        raise at.refuse(words) from None
+        reason = "holds no samples of this question; the name of another file is allowed"
+        raise at.refuse(reason) from None
     write_text(path, "\n".join([head, *complete, ""]))
     return chunks
 

@@ -151,7 +151,7 @@ SampleComputer: TypeAlias = ThresholdSamples | ReducedThresholdSamples | GrowthS
 
 def sample_computer(
     space: ParameterSpace,
-    of: Measure,
+    measure: Measure,
     high: float,
     selection: EigenvalueSelection,
     changes: Sequence[Changes],
@@ -167,13 +167,13 @@ def sample_computer(
     if isinstance(subject, Scene) and selection.band is not None:
         raise Place("band").refuse("is not allowed with a scene; a system takes it")
     if isinstance(subject, Scene) or is_small(subject):
-        if of == "threshold":
+        if measure == "threshold":
             return ThresholdSamples(space, selection, high)
         return GrowthSamples(subject, selection)
     if selection.band is None:
         raise InputError(NO_BAND)
     points_of_basis = [{}, *changes[:: max(1, len(changes) // BASIS_SAMPLES)]]
-    if of == "growth":
+    if measure == "growth":
         modal = reduced_for(subject, selection, points_of_basis, method="modal")
         return GrowthSamples(modal, selection)
     # a search passes through the whole range of the free parameter: each point of the basis gets

@@ -114,8 +114,8 @@ def _values_at(space: ParameterSpace, name: str, spread: Spread, probabilities: 
         space.require(name, at)
         low, high = size
         if not low < high:
-            wrong = Place("scatter", "spreads", name, kind)
-            raise wrong.must_be(list(size), "two numbers, the lower one first")
+            place_of_range = Place("scatter", "spreads", name, kind)
+            raise place_of_range.must_be(list(size), "two numbers, the lower one first")
         return low + (high - low) * probabilities
     width = space.step(name, size, is_share=kind == "relative", at=at)
     if kind == "within":

@@ -68,7 +68,7 @@ def scatter(
     band: Band | None = None,
     design: str = "random",
     indices: bool = False,
-    workers: Workers = 1,
+    workers: Workers = 1,  # `public` reads it
     journal: Path | str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Scatter:
@@ -156,14 +156,14 @@ def scatter(
 
 
 def _space_of(
-    subject: object, of: Measure, high: float, spreads: dict[str, Spread]
+    subject: object, measure: Measure, high: float, spreads: dict[str, Spread]
 ) -> ParameterSpace:
     """The parameters of the subject, of which those that scatter must have an effect.
 
     Raises InputError, also for thresholds up to a value below that of the subject itself.
     """
-    space = ParameterSpace.of(subject, "scatter", high, of)
-    if of == "threshold" and high < space.at:
+    space = ParameterSpace.of(subject, "scatter", high, measure)
+    if measure == "threshold" and high < space.at:
         allowed = f"at least {space.free} = {space.at:g}, at which samples are stable or not"
         raise Place("scatter", "high").must_be(high, allowed)
     if isinstance(space.subject, TermSystem):
@@ -176,12 +176,15 @@ def _space_of(
 def _summary(
     rows: Sequence[Sample],
     plan: _Plan,
-    of: Measure,
+    measure: Measure,
     high: float,
     space: ParameterSpace,
     computer: SampleComputer,
 ) -> Scatter:
-    """The answer of samples in the order in which they were drawn.
+    """Sum up all samples, which come in the order in which they were drawn.
+
+    measure: what was computed of each, a threshold or growth; high: the end of the range of the
+    free parameter in which thresholds were searched.
 
     Raises ComputationError if none of them was computed.
     """
@@ -197,13 +200,13 @@ def _summary(
     computed.sort(key=attrgetter("has_no_threshold", "value"))  # False comes before True
     no_pad = sum(row.kind == NO_PAD for row in rows)
     failed = len(rows) - len(computed) - no_pad
-    stable = sum(_is_stable(row, of, space.at) for row in computed)
+    number_stable = sum(_is_stable(row, measure, space.at) for row in computed)
     basis = basis_of(computer.reduction, computer.selection)
     if basis is not None:
         basis["residual"] = max(sample.residual or 0.0 for sample in computed)
     return Scatter(
         name=space.free,
-        of=of,
+        of=measure,
         mu=space.at,
         mu_max=high,
         band=computer.selection.band,
@@ -214,8 +217,8 @@ def _summary(
         rows=tuple(computed),
         no_pad=no_pad,
         failed=failed,
-        stable=stable / len(computed),
-        interval=_interval_of_share(stable, failed, len(computed) + failed),
+        stable=number_stable / len(computed),
+        interval=_interval_of_share(number_stable, failed, len(computed) + failed),
         indices=sobol,
         basis=basis,
     )

@@ -18,19 +18,19 @@ RESAMPLED = 400  # times, for the confidence intervals
 FEWEST = 8  # samples for which indices are computed
 
 
-def points_for_indices(unit: Array) -> Array:
+def points_for_indices(cube_points: Array) -> Array:
     """Points ((d + 2) n, d) at which the result is needed: A, B, AB_1, ..., AB_d below each other.
 
     Parameters
     ----------
-    unit : array (n, 2 d)
-        Independent points, each the d coordinates of A beside those of B.
+    cube_points : array (n, 2 d)
+        Independent points of the unit cube, each the d coordinates of A beside those of B.
     """
-    count = unit.shape[1] // 2
-    A = unit[:, :count]
-    B = unit[:, count:]
+    dimensions = cube_points.shape[1] // 2
+    A = cube_points[:, :dimensions]
+    B = cube_points[:, dimensions:]
     points = [A, B]
-    for column in range(count):
+    for column in range(dimensions):
         replaced = A.copy()
         replaced[:, column] = B[:, column]
         points.append(replaced)
@@ -60,29 +60,29 @@ def sobol_indices(names: Sequence[str], values: Array, seed: int, same: float) -
     finite = values[:, np.all(np.isfinite(values), axis=0)]
     n = finite.shape[1]
     if n < FEWEST or np.ptp(finite[:2]) <= same * np.abs(finite[:2]).max():
-        words = "no Sobol indices: fewer than 8 samples are known, or all are one to rounding"
-        Place("indices").warn(words)
+        reason = "no Sobol indices: fewer than 8 samples are known, or all are one to rounding"
+        Place("indices").warn(reason)
         return ()
-    random = np.random.default_rng([seed, RESAMPLED])
+    random = np.random.default_rng([seed, RESAMPLED])  # not the numbers that drew the samples
     resampled = []  # bootstrap: of each repetition the shares (2, d)
     for _ in range(RESAMPLED):
         drawn = random.integers(n, size=n)
         resampled.append(_shares_of_variance(finite[:, drawn]))
     tails = [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2]
-    lower, upper = np.nanquantile(resampled, tails, axis=0).tolist()
-    first_low, total_low = lower
-    first_high, total_high = upper
+    quantiles = np.nanquantile(resampled, tails, axis=0).tolist()
+    (first_low, total_low), (first_high, total_high) = quantiles
     first, total = _shares_of_variance(finite).tolist()
     indices = []
     for k, name in enumerate(names):
-        index = Index(
-            parameter=name,
-            first=first[k],
-            first_interval=(first_low[k], first_high[k]),
-            total=total[k],
-            total_interval=(total_low[k], total_high[k]),
+        indices.append(
+            Index(
+                parameter=name,
+                first=first[k],
+                first_interval=(first_low[k], first_high[k]),
+                total=total[k],
+                total_interval=(total_low[k], total_high[k]),
+            )
         )
-        indices.append(index)
     return tuple(sorted(indices, key=lambda index: -index.total))
 
 
