@@ -27,6 +27,7 @@ DRIFT = 0.1  # of the highest frequency: ... or so far
 NODE_COUNTS = (8, 16, 32)  # on a circle, until they resolve the quotient
 SINGLE_ROWS = 150_000  # of more, rounding of single precision hides what few determinants show
 NEGATIVE_POWERS = (0.035, 0.02)  # of an analytic function: largest coefficients of z^-2 and z^-1
+CENTRAL = 0.01  # of a radius: known roots so close to a centre may have copies that are hidden
 
 
 @dataclass(frozen=True)
@@ -154,7 +155,8 @@ def count_roots(
     By the argument principle: while z runs once around the disc det P(z) / prod(z - known) makes
     one turn around zero for each root inside that is not known. The number of turns is added to
     that of known roots inside. The circle is refined until its nodes resolve the quotient, first in
-    single precision, then in double.
+    single precision, then in double. Where a known root lies at the centre, as the zeros of free
+    motions do, one more determinant shows copies of it that nodes hide, see `_hidden_roots`.
 
     Parameters
     ----------
@@ -183,8 +185,11 @@ def count_roots(
     # them on the axis, took 107 for complete; 16 nodes, none of them on the axis, took none
     is_mirrored = problem.is_real and disc.centre.imag == 0.0
     node_counts = NODE_COUNTS[1:] if is_mirrored else NODE_COUNTS
-    # log (det P(z) / prod(z - known)) at the finest nodes z; NaN: not computed yet
-    logarithms = np.empty(finest, dtype=complex)
+    has_central_roots = np.any(np.abs(known - disc.centre) <= CENTRAL * disc.radius)
+    inner = directions[1] / 2  # inside the circle, for `_hidden_roots`
+    points = disc.centre + disc.radius * np.append(directions, inner)
+    # log (det P(z) / prod(z - known)) at the points z; NaN: not computed yet
+    logarithms = np.empty(finest + 1, dtype=complex)
 
     def compute(single: bool, nodes: Indices, factor: Factor | None) -> None:
         """Compute logarithms at `nodes`, some of those that the loop below calls `computed`; each
@@ -192,8 +197,7 @@ def count_roots(
         for k in nodes:
             report_progress(f"counting the roots: a determinant of {len(computed)}")
             # z is the node, or a value next to it where P is singular at the node
-            node = complex(disc.centre + disc.radius * directions[k])
-            z, factor = factorise_at(problem, node, single, factor)
+            z, factor = factorise_at(problem, complex(points[k]), single, factor)
             logarithms[k] = factor.logarithm() - np.sum(np.log(z - known))
 
     for single in (True, False):
@@ -212,6 +216,10 @@ def count_roots(
             if is_mirrored:
                 logarithms[finest - computed] = logarithms[computed].conj()
             missing = _winding_number(logarithms[indices])
+            if missing == 0 and has_central_roots:
+                compute(single, np.array([finest]), None)
+                with_inner = np.append(indices, finest)
+                missing = _hidden_roots(points[with_inner], logarithms[with_inner])
             if missing is not None:
                 return missing + len(known[disc.contains(known)])
     return None
@@ -254,6 +262,23 @@ def _winding_number(logarithms: ComplexArray) -> int | None:
     if not np.all(np.abs(negative_powers) < NEGATIVE_POWERS):
         return None
     return 0
+
+
+def _hidden_roots(points: ComplexArray, logarithms: ComplexArray) -> int:
+    """How many roots at the centre of a circle its N nodes do not show: a multiple of N / 2.
+
+    z^(N / 2) makes a half turn from one node to the next, and half turns are not known. But it is
+    smaller inside the circle. The logarithm of the size of a function without zeros is the mean of
+    those on the circle, weighted by the Poisson kernel; a zero at the centre lessens it by log 2 at
+    half the radius (Jensen's formula).
+
+    points, logarithms (N + 1,): the nodes and, last, a point at half the radius.
+    """
+    nodes = len(points) - 1
+    poisson_kernel = np.abs(points[:nodes] - points[nodes]) ** -2.0
+    without_zeros = np.average(logarithms[:nodes].real, weights=poisson_kernel)
+    zeros = (without_zeros - logarithms[nodes].real) / math.log(2.0)
+    return nodes // 2 * round(2 * zeros / nodes)
 
 
 def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from scipy.sparse import csc_array, diags_array, eye_array, kron, random_array
+from scipy.sparse import block_diag, csc_array, diags_array, eye_array, kron, random_array
 
 import squeal
 from squeal.sparse import eigensolver
+from squeal.sparse.argument_principle import Disc, count_roots
 from squeal.sparse.eigensolver import lowest_modes
 from squeal.sparse.quadratic import scaled_problem
 
@@ -36,6 +37,30 @@ def test_the_lowest_of_many_close_modes_are_all_listed(count, rows, joined):
     assert upper(found)[:20] == pytest.approx(1e3 * exact[:20], rel=1e-9)
     assert len(upper(found)) == 20
     assert found.certified
+
+
+@pytest.mark.parametrize("hidden", [8, 16, 24, 32])
+def test_a_count_shows_zeros_of_free_motions_that_half_turns_hide(hidden):
+    """z^8 makes a half turn from one of 16 nodes to the next, and half turns are not known."""
+    free = 18  # masses, of two zeros each
+    frequencies = np.r_[np.zeros(free), np.linspace(1.0, 9.0, 60)]
+    K = csc_array(diags_array(frequencies**2))
+    problem = scaled_problem(eye_array(len(frequencies)), None, K)
+    known = np.zeros(2 * free - hidden, dtype=complex)
+    assert count_roots(problem, Disc(0.3), known) == 2 * free
+    every = np.zeros(2 * free, dtype=complex)
+    assert count_roots(problem, Disc(0.3), every) == 2 * free
+
+
+@pytest.mark.parametrize(("free", "modes"), [(7, 3), (12, 6), (18, 10)])
+def test_the_count_of_the_lowest_modes_holds_all_zeros_of_free_motions(free, modes):
+    """The subspace holds a few copies of the zero; the count has to show the others."""
+    held = 450 - free
+    chain = 2 * eye_array(held) - eye_array(held, k=1) - eye_array(held, k=-1)
+    K = csc_array(block_diag([chain, csc_array((free, free))]))
+    found = lowest_modes(scaled_problem(eye_array(450), None, K), modes)
+    assert found.region.radius < np.pi / 450  # about the lowest frequency of the chain
+    assert (found.count, found.certified) == (2 * free, True)
 
 
 def test_a_mode_that_grows_among_close_ones_is_found():
