@@ -662,7 +662,8 @@ def _lowest_frequency_scale(problem: ScaledProblem) -> float:
     """The median |lambda| (rad/s) of at least four of the lowest roots that are no zeros of rigid
     bodies; if there is none, 1e-4 of the problem's frequency scale."""
     rigid = _rigid_limit(problem)
-    shift = 1e-4 * problem.frequency_scale  # far below most roots, and not at zero
+    # far below most roots, and not at zero, even where K is zero
+    shift = 1e-4 * (problem.frequency_scale or 1.0)
 
     def enough(values: ComplexArray, _: float) -> bool:
         return len(values[np.abs(values) > rigid]) >= 4

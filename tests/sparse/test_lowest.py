@@ -63,6 +63,15 @@ def test_the_count_of_the_lowest_modes_holds_all_zeros_of_free_motions(free, mod
     assert (found.count, found.certified) == (2 * free, True)
 
 
+@pytest.mark.parametrize(("damping", "zeros"), [(None, 6), (0.7, 3)])
+def test_a_system_without_stiffness_has_zeros_as_its_lowest_roots(damping, zeros):
+    """Its frequency scale is zero, too; dashpots to the ground leave one zero for each mass."""
+    C = None if damping is None else damping * eye_array(3)
+    found = lowest_modes(scaled_problem(eye_array(3), C, csc_array((3, 3))), 1)
+    assert found.values.tolist() == zeros * [0.0]
+    assert (found.count, found.certified) == (zeros, True)
+
+
 def test_a_mode_that_grows_among_close_ones_is_found():
     K, exact = laminations(100, 5, 0.3)
     _, modes = eigh(K.toarray(), subset_by_index=[0, 24])
