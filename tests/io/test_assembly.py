@@ -96,6 +96,20 @@ def test_an_export_takes_a_load_factor_that_is_a_number(brake, tmp_path, capsys)
     assert again["force"] == pytest.approx(seat["force"], rel=1e-9)
 
 
+def test_no_export_divides_a_load_by_zero(brake, tmp_path, capsys):
+    """Joints need no load; of one that is zero now the file could not give the forces."""
+    path, *_ = brake
+    document = yaml.safe_load(path.read_text())
+    document["contact"][0]["bonded"] = True
+    document["parameters"]["pressure"] = 0.0
+    file = path.with_name("joined.yaml")
+    file.write_text(yaml.safe_dump(document))
+    out = tmp_path / "out"
+    assert main(["export", str(file), "--band", "500:900", "--output", str(out)]) == 2
+    assert "components.pad.load.factor: is 0, so that no force is known" in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_a_turning_component_has_the_same_errors_read_again(brake, tmp_path, capsys):
     """Gyroscopic matrices change under transposition; what a component lacks is kept of both."""
     shutil.copytree(brake[0].parent, tmp_path / "brake")

@@ -17,7 +17,7 @@ from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
-from squeal.schema import document_text
+from squeal.schema import Place, document_text
 from squeal.sparse.components import Component
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
@@ -260,6 +260,11 @@ def write_assembly(
     -------
     list of dict
         A row for each matrix, as of `write_system`.
+
+    Raises
+    ------
+    InputError
+        For a load with a factor of 0, and for what the format does not hold.
     """
     from squeal.io.components import write_points  # which no other system needs
 
@@ -282,8 +287,11 @@ def write_assembly(
         # is the old one over this value, so that it is 1 now and serves at other parameters too
         if load:
             factor = Formula(str(load.get("factor", "1")))  # the file may have a number
-            text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
-            keys["load"] = {"file": f"{name}/load.csv", "factor": text}
+            value = factor.value(file.system.parameters)
+            if value == 0.0:
+                at = Place("assembly", "components", name, "load", "factor")
+                raise at.refuse("is 0, so that no force is known; another value is needed")
+            keys["load"] = {"file": f"{name}/load.csv", "factor": f"({factor.text}) / {value!r}"}
     for i, keys in enumerate(joined["contact"], 1):
         pairs_file = f"pairs{i}.csv"
         if keys.pop("faces", None):  # the pairs of points that were found between the faces
