@@ -209,9 +209,9 @@ def _unexplained_at_clusters(
                 f"what grows beside {at_cluster} does not follow from what crosses there; a "
                 f"growing mode may have entered {band}"
             )
-        # fewer roots grow above: between the cluster and the typical value some have stopped to
-        # grow, or have left the band. How many grow just above the cluster, where rounding may hide
-        # them, follows from how many grow just below it, and from the events
+        # fewer roots grow above: between the cluster and the typical value some have stopped
+        # growing, or have left the band. How many grow just above the cluster, where rounding may
+        # hide them, follows from how many grow just below it, and from the events
         before = max(continuation.low, cluster[0].value - margin)
         after = cluster[-1].value + margin
         if least_below + rise > most_above and after < above:

@@ -105,7 +105,7 @@ def growing_outside(
 ) -> tuple[complex, ...] | None:
     """The growing roots outside of a region that a search met, the largest growth rate first.
 
-    None if there is none: the search for roots of the region may have passed by others.
+    None if there is none, which says little: the search was for roots of the region.
 
     rough_values: roots, rad/s, to a relative accuracy of `ROUGH`, several of which may stand for
     one root. A root that within this accuracy may decay or lie in the region is left out.
