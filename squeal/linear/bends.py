@@ -179,7 +179,7 @@ def _may_leave_line(spectrum: SpectrumAtParameter, W: ComplexArray, deviation: f
         At one end of a step, with m roots z.
     W : array (m, m)
         The matrices that the factor multiplies, in the eigenvectors of the spectrum: the slopes of
-        its z per unit of the factor on the diagonal, their couplings beside it.
+        its z per unit of the factor on the diagonal, their couplings off it.
     deviation : float
         How far the factor may lie from its chord.
     """

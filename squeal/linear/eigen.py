@@ -228,7 +228,7 @@ def spectrum_of(system: NormalisedSystem, roots: RootsWithRounding | None = None
     abs_values = np.abs(values)
     norm_A = float(np.linalg.norm(A, 2))
     norm_B = float(np.linalg.norm(B, 2))
-    # of the terms of P(lambda) x = (lambda^2 + lambda B + A) x, P(lambda) x itself is the defect
+    # the size of the terms of P(lambda) x = (lambda^2 + lambda B + A) x, whose sum is the defect
     size = (abs_values**2 + abs_values * norm_B + norm_A) * np.linalg.norm(right, axis=0)
     defect = np.linalg.norm(values**2 * right + values * (B @ right) + A @ right, axis=0)
     residuals = np.divide(defect, size, out=np.zeros_like(defect), where=size > 0)

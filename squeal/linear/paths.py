@@ -218,7 +218,7 @@ def track_modes(
     values : sequence of float
         The values, rising.
     spare : int
-        How many values beside these may be computed.
+        How many values besides these may be computed.
 
     Returns
     -------

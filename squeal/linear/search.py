@@ -664,7 +664,7 @@ def _is_steady(continuation: Continuation, low: float, high: float, growing: int
 
 
 def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
-    """Sentences on what may be wrong with the events of a search, as far as it knows itself.
+    """Sentences on what may be wrong with the events of a search, as far as the search can tell.
 
     is_unresolved: whether the search could not divide a step as often as it required.
     """

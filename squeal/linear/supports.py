@@ -29,7 +29,7 @@ def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArr
     masses, stiffness : array (n,)
         Sizes of the diagonal entries of M and of K at the system's own parameters.
     couplings : csc_array (n, n)
-        The sizes that entries of K beside the diagonal may have, at any parameters.
+        The sizes that entries of K off the diagonal may have, at any parameters.
     """
     by_size = np.argsort(stiffness)
     by_size = by_size[stiffness[by_size] > 0.0]

@@ -298,7 +298,7 @@ class PadBranch:
         return null_vector / largest
 
     def _direction_into_state(self, point: Floats, state: State, changed: int) -> Floats | None:
-        """The direction (4,) of the curve in which a gap gets the sign that the state asks for.
+        """The direction (4,) of the curve in which a gap gets the sign that the state requires.
 
         `changed`: the index of the contact point of this gap. None if the gap does not change
         along the curve.
@@ -317,13 +317,13 @@ class PadBranch:
         return -tangent
 
     def _first_change(self, cell: Cell, same_state: bool) -> ContactChange | None:
-        """Where a gap first loses the sign that the contact state asks of it, None if none does.
+        """Where a gap first loses the sign that the contact state requires, None if none does.
 
         Gaps that may do so at the same t are one change. same_state: whether the cell before has
         the contact state of this cell. If not, the gap whose change separates the two cells has no
         certain sign yet where this cell starts. Where friction is known sharply there, that is the
-        old change and does not count; else it is returned, so that a narrower cell is laid around
-        it.
+        old change and does not count; else it is returned, so that a narrower cell is placed
+        around it.
         """
         first: ContactChange | None = None
         gaps = enclosing_polynomials(cell.centre, cell.radii, self.balance.gaps)

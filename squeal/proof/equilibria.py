@@ -49,8 +49,8 @@ def enclosed_equilibrium(model: PadModel, q: ArrayLike, state: State) -> Enclose
     """The equilibrium near an approximate one at the model's friction; None if none is proved.
 
     Where the gaps of the equilibrium of one contact state belong to another state, the equilibrium
-    of that other state is tried. Of two equilibria beside a fold the one is meant that has the sign
-    of det K at q. A linear model is taken about the origin, whatever acts there.
+    of that other state is tried. Of the two equilibria near a fold the one is taken whose det K has
+    the sign of that at q. A linear model is taken about the origin, whatever acts there.
 
     Parameters
     ----------

@@ -431,11 +431,11 @@ class _BranchComparison:
             intervals = [(part.low, middle), (middle, part.high)]
         refined: list[Part] = []
         for low, high in intervals:
-            # half the width of the narrow cell in t: somewhat more than half that of the interval
-            share = max(0.6 * (high - low), NARROWEST_PART)
+            # of the narrow cell, in the t of this one: somewhat more than half the interval
+            half_width = max(0.6 * (high - low), NARROWEST_PART)
             value_of_pivot = cell.middle + cell.half * (low + high) / 2.0
             narrow = narrower_cell(
-                self.branch.balance, cell, value_of_pivot, half=cell.half * share
+                self.branch.balance, cell, value_of_pivot, half=cell.half * half_width
             )
             if narrow is not None:
                 # the same interval in the t of the narrow cell, rounded outwards

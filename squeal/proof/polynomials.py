@@ -140,7 +140,7 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     zeros = _zeros_within(critical, low, high)
     for k, zero in enumerate(zeros):
         # roots are counted at a share of the way to the next zero, or to an end of the range. The
-        # double next to this zero would serve too, but exactly it has a thousand digits beside 0
+        # next double would serve as well, but near 0 it is a fraction of a thousand digits
         next_low = zeros[k + 1].low if k + 1 < len(zeros) else max(high, zero.high)
         last_high = zeros[k - 1].high if k else low
         middle = max((zero.low + zero.high) / 2.0, low)

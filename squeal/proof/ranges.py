@@ -1,7 +1,7 @@
 """The referee over a range of the parameter: what grows between the printed thresholds.
 
 Matrices over an interval of the parameter are balls that hold those of every value in it, so that
-one enclosure speaks of all. Where it does not suffice the interval is halved.
+one enclosure holds for all. Where it does not suffice the interval is halved.
 """
 
 from __future__ import annotations

@@ -178,7 +178,7 @@ def prove_roots(system: Quadratic, values: ArrayLike, verdict: str | None = None
     the balls allows. It does not decide whether a value is near its root: 100 +- 100i are proved
     for -0.25 +- 1.98i. The caller compares values with the pieces of their matches.
 
-    Enclosures come first; what they leave open is asked of the exact roots of the given doubles.
+    Enclosures come first; what they leave open the exact roots of the given doubles decide.
 
     Parameters
     ----------

@@ -288,7 +288,7 @@ class MovingDiscs(NamedTuple):
     """Gershgorin's discs around centres that move with the parameter.
 
     radii (n,); separation (n, n): how far each two stay from each other over the interval, negative
-    where they may meet, inf on the diagonal; off_diagonal (n, n): bounds of the entries of S beside
+    where they may meet, inf on the diagonal; off_diagonal (n, n): bounds of the entries of S off
     the diagonal, zero on it; parts: the indices of the discs of each connected part of their union.
     """
 
