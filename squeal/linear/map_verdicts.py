@@ -79,7 +79,7 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     values = np.linalg.eigvals(matrices)
     real_rate = np.where(values.imag == 0.0, values.real, 0.0).max(axis=1)  # 0 if none grows
     pair_rate = np.where(values.imag != 0.0, values.real, 0.0).max(axis=1)
-    reach = np.cbrt(shares[may_tie])
+    reach = np.cbrt(shares[may_tie])  # of a scaled matrix, whose norm is about 1
     are_equal = np.abs(pair_rate - real_rate) <= reach
     may_change[may_tie] |= (pair_rate > 0.0) & (real_rate > 0.0) & are_equal
     # a damped pair may turn into two real roots or the reverse, where the fastest two nearly meet

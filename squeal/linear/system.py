@@ -142,7 +142,7 @@ class System:
             assumptions=assumptions,
         )
         with within_doubles():
-            parts, labels_of_frames = read_terms(arguments)
+            parts, labels_of_frames = read_terms(arguments)  # parts: the attributes M, C and K
             vars(self).update(parts, labels=tuple(labels) or labels_of_frames)
             self._complete_parameters()
             self._check_terms()

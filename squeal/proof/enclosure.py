@@ -222,7 +222,7 @@ def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
 
 
 def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
-    """Discs (2n,) of both roots lambda of s = -lambda^2 in discs (n,).
+    """Discs (2n,) of both roots lambda = +-sqrt(-s) of each s in discs (n,).
 
     |sqrt(z) - sqrt(c)| <= sqrt|c| - sqrt(|c| - r) = r / (sqrt|c| + sqrt(|c| - r)) for z in a disc
     of radius r <= |c| around c. Where r is at least 0.9 |c| the disc nearly reaches zero, and both
@@ -243,5 +243,5 @@ def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
     return Discs(
         np.concatenate([centres, -centres]),
         np.concatenate([radii, radii]),
-        np.concatenate([squares.real, squares.real]),
+        np.concatenate([squares.real, squares.real]),  # still of s, so that lambda^2 is real
     )
