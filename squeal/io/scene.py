@@ -286,13 +286,14 @@ def is_system(document: Mapping[str, Any]) -> bool:
 
 def _read(document: object, at: Place) -> dict[str, Any]:
     """The values of a mapping of a scene file's form, converted. Raises InputError."""
-    if isinstance(document, dict) and is_system(document) and "model" not in document:
-        key = next(key for key in OF_SYSTEMS if key in document)
-        raise (at / key).refuse("a system of matrices is not allowed here; it must be a scene")
     # "" if the model is unknown: `SCENE.read` then refuses the model, not a key that it lacks
     model = ""
-    if isinstance(document, dict) and document.get("model") in tuple(MODELS):
-        model = document["model"]
+    if isinstance(document, dict):  # `SCENE.read` refuses anything else
+        if is_system(document) and "model" not in document:
+            key = next(key for key in OF_SYSTEMS if key in document)
+            raise (at / key).refuse("a system of matrices is not allowed here; it must be a scene")
+        if document.get("model") in tuple(MODELS):
+            model = document["model"]
     keys = SCENE.read(document, at, model)
     initial = keys.get("initial", {})
     # counted from an equilibrium, theta adds to an angle that is not known here
