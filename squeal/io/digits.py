@@ -73,7 +73,8 @@ def written_decimals(words: Iterable[str]) -> int | None:
         longest = max(longest, len(_mantissa(word)))
         if not decimals.isdecimal():  # an exponent, or a whole number
             return None
-    if len(counts) == 1 and min(counts) >= FEWEST_DECIMALS and FEWEST <= longest <= MOST:
+    may_be_rounded = FEWEST <= longest <= MOST  # neither typed by hand nor a double
+    if may_be_rounded and len(counts) == 1 and min(counts) >= FEWEST_DECIMALS:
         return min(counts)
     return None
 
