@@ -1,5 +1,6 @@
 """Pads and scenes that several tests use; those of the workflow may be identified anew."""
 
+import functools
 import gc
 import importlib.util
 import math
@@ -61,6 +62,17 @@ def without_layout():
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setitem(RC, "figure.constrained_layout.use", False)
+        yield
+
+
+@pytest.fixture(scope="module")
+def without_proof():
+    """Reports of thresholds that no referee proves, which takes a third of the time of a report:
+    for files in which cures and advice are at stake."""
+    from squeal.reports import report
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(report, "thresholds", functools.partial(report.thresholds, prove=False))
         yield
 
 

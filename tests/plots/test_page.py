@@ -22,7 +22,7 @@ from squeal.reports import page as html
 from tests.cli.calls import run
 from tests.conftest import SCENES
 
-pytestmark = pytest.mark.usefixtures("coarse_charts", "without_layout")
+pytestmark = pytest.mark.usefixtures("coarse_charts", "without_layout", "without_proof")
 
 
 def pair(mu, name="pair"):

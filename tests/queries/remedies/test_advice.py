@@ -17,7 +17,7 @@ from tests.queries.remedies.pairs import (
     stiffness,
 )
 
-pytestmark = pytest.mark.usefixtures("coarse_charts")
+pytestmark = pytest.mark.usefixtures("coarse_charts", "without_proof")
 
 
 def more_damping(pairs, shares):

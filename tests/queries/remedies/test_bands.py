@@ -23,7 +23,7 @@ from tests.queries.remedies.pairs import (
     stiffness,
 )
 
-pytestmark = pytest.mark.usefixtures("coarse_charts")
+pytestmark = pytest.mark.usefixtures("coarse_charts", "without_proof")
 
 
 def pair_grows(count, mu, of_second):

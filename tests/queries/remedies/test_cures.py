@@ -10,7 +10,7 @@ import scipy.linalg
 import squeal
 from tests.queries.remedies.pairs import roots_of
 
-pytestmark = pytest.mark.usefixtures("coarse_charts")
+pytestmark = pytest.mark.usefixtures("coarse_charts", "without_proof")
 NOTHING = 1e-7  # of |lambda|
 SKEW = np.array([[0.0, 1.0], [-1.0, 0.0]])
 COUPLED = np.array([[-3.0, -4.0, 46.0], [-15.0, 13.0, 0.0], [-28.0, -3.0, -24.0]])

@@ -10,7 +10,7 @@ from scipy.sparse import csc_array
 import squeal
 from squeal.queries.remedies.meetings import Cure
 
-pytestmark = pytest.mark.usefixtures("coarse_charts")
+pytestmark = pytest.mark.usefixtures("coarse_charts", "without_proof")
 LOWER, UPPER = 400.0, 420.0  # rad/s
 FORCE = 12_000.0  # of friction: the pair has met where it is above half of what squares differ by
 FRICTION = np.array([[0.0, FORCE], [-FORCE, 0.0]])
@@ -42,7 +42,7 @@ def hurwitz(lower, upper):
     return a1 * (a3 * a2 - a1) - a3**2 * a0
 
 
-@pytest.mark.parametrize("n", [11, 12, 13])
+@pytest.mark.parametrize("n", [12, 13])
 def test_a_pair_of_few_sparse_rows_has_its_meeting(n):
     squares = np.arange(1.0, n + 1.0) ** 2
     squares[:2] = LOWER**2, UPPER**2

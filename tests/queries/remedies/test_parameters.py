@@ -25,7 +25,7 @@ from tests.queries.remedies.pairs import (
     stiffness,
 )
 
-pytestmark = pytest.mark.usefixtures("coarse_charts")
+pytestmark = pytest.mark.usefixtures("coarse_charts", "without_proof")
 EXAMPLES = ROOT / "squeal" / "examples"
 
 
