@@ -1,7 +1,7 @@
 """The article's motions by a program of their own: literal loads, SciPy, no located restarts.
 
 Shares nothing with the package but the pad's numbers: vectors, |u| - L and penetrations as the
-article writes them, Newton's method by differences, DOP853 straight through the contact changes,
+article writes them, Newton's method by differences, LSODA straight through the contact changes,
 where the loads are continuous.
 """
 
@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from scipy.integrate import odeint
 from scipy.linalg import eigh
 
 
@@ -117,7 +117,10 @@ class Plain:
         for share in np.linspace(0.0, 1.0, 21):
             for _ in range(60):
                 step = np.linalg.solve(self.stiffness(q, share * mu), self.loads(q, share * mu))
-                q = q + step * min(1.0, 2e-5 / np.abs(step * [1.0, 1.0, self.p.w]).max())
+                longest = np.abs(step * [1.0, 1.0, self.p.w]).max()
+                q = q + step * min(1.0, 2e-5 / longest)
+                if longest < 1e-15:
+                    break
         return q
 
     def damp(self, ratio):
@@ -149,7 +152,7 @@ def move(model, state, stop, samples, tolerance=1e-10):
     C = model.damping.tolist()
     masses = (p.m, p.m, p.I)
 
-    def rates(_t, z):
+    def rates(z, _t):
         z = z.tolist()
         force = model.loads(z[:3], p.mu)
         v = z[3:]
@@ -161,10 +164,9 @@ def move(model, state, stop, samples, tolerance=1e-10):
     size = p.F_n / p.k1 * np.array([1.0, 1.0, 1.0 / p.w])
     scale = np.append(size, size * math.sqrt(p.k1 / p.m))
     t = np.linspace(0.0, stop, samples)
-    found = solve_ivp(
-        rates, (0.0, stop), state, "DOP853", t, rtol=tolerance, atol=tolerance * scale
-    )
-    states = found.y.T
+    # its errors accumulate: a tenth of the tolerance gives what DOP853 has at the whole
+    error = 0.1 * tolerance
+    states = odeint(rates, state, t, rtol=error, atol=error * scale, mxstep=1_000_000)
     gaps = np.array([model.gaps(z) for z in states.tolist()]).T
     contact = np.array([model.contact(z) for z in states.tolist()]).T
     return Motion(t, states, gaps, contact)
