@@ -22,6 +22,14 @@ from tests.conftest import ROOT, needs_heyoka
 pytestmark = needs_heyoka
 
 
+@pytest.fixture(scope="module", autouse=True)
+def few_verdicts_on_sliding():
+    """The study takes its thresholds from elsewhere."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("squeal.queries.cycles.SLIDING", 2)
+        yield
+
+
 def scene(name):
     return read_scene(ROOT / f"workflow/scenes/{name}.yaml")
 
