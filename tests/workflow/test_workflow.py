@@ -25,13 +25,17 @@ from workflow.release import codecheck
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
 
 
-# Snakemake, imported once with its plugins: each run is a copy of this process, and ends without
-# clearing its memory, which takes as long as the run
+# Snakemake, imported once with its plugins, and the imports of our files, read once: each run is a
+# copy of this process, and ends without clearing its memory, which takes as long as the run
 RUNS = """
 import gc, json, os, sys
 from contextlib import suppress
 from snakemake.cli import get_argument_parser, main
+from squeal.article.contents import STUDIES
+from squeal.io.provenance import sources
 get_argument_parser()
+for study in STUDIES:
+    sources(f"squeal.article.studies.{study}")
 gc.freeze()
 gc.disable()
 for line in sys.stdin:
