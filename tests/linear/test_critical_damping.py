@@ -52,8 +52,7 @@ def test_damping_that_touches_zero_or_begins_critical(factor, rows, critical_at)
 @pytest.mark.parametrize(
     ("stiffness", "factor", "directions"),
     [
-        ([1.0, 1.0, 3.0], "(mu - 1)**3", {1.0: "down"}),
-        ([1.0, 1.0, 3.0], "(1 - mu)**3*(2 - mu)", {1.0: "up", 2.0: "down"}),
+        ([1.0, 1.0, 3.0], "(mu - 1)**3*(2 - mu)", {1.0: "down", 2.0: "up"}),
         ([1.0, 1.0, 1.0, 2.0], "(1 - mu)*(2 - mu)**2", {1.0: "up"}),
         ([1.0, 1.0, 1.0, 2.0], "(2 - mu)**4", {}),
     ],
