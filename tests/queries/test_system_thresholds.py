@@ -93,7 +93,7 @@ def test_a_root_that_leaves_the_band_crosses_the_axis_before():
     assert found.crossings[0].mu == pytest.approx(exact)
 
 
-@pytest.mark.parametrize(("band", "verdict"), [((500.0, 600.0), "no root"), ((100, 200), "stable")])
+@pytest.mark.parametrize(("band", "verdict"), [((250.0, 260.0), "no root"), ((100, 200), "stable")])
 def test_a_band_without_a_root_has_no_threshold(band, verdict):
     system = beside(np.diag([1e6, 1.2e6]), np.diag([1e3, 0.0]), 1.0)
     found = system_thresholds(system, 1.0, selection=EigenvalueSelection(band=band)).answer
