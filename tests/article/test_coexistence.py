@@ -21,7 +21,7 @@ from tests.conftest import ROOT, needs_heyoka
 
 pytestmark = needs_heyoka
 ASIDE = 0.06  # relative distance in modal damping from a fold, at which motions are compared
-STEPS = 60  # of Runge and Kutta's method a period
+STEPS = 40  # of Runge and Kutta's method a period
 PERIODS = 90  # after which a motion above a fold has come to rest
 AFTER_DISTURBANCE = 0.015  # s, after which a motion has come to rest or lasts
 FACTORS = np.array([0.8, 0.9, 0.97, 1.0005, 1.001, 1.002, 1.003, 1.005])  # of the least one
