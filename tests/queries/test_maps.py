@@ -334,7 +334,8 @@ def test_folds_are_those_of_the_branch():
     assert np.interp(h, along[:, 1], along[:, 0]) == pytest.approx(fold.mu, rel=1e-3)
 
 
-def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more():
+def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more(monkeypatch):
+    monkeypatch.setattr(maps, "HALVINGS", 27)  # what 1e-9 of the width takes
     scene = read_scene(HAMMERING / "b2-c.yaml")
     axes = Axis("mu", 0.8, 1.0, 6), Axis("alpha1", 1.8, 2.0, 4)
     curves = curves_of(scene, axes)
