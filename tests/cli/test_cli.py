@@ -150,7 +150,7 @@ K: [[2.5e5, 0], [0, 2.5e5]]
 """
 
 
-@pytest.mark.usefixtures("coarse_charts")
+@pytest.mark.usefixtures("coarse_charts", "without_layout")
 @pytest.mark.parametrize("command", sorted(set(COMMANDS) - set(GROUPS[ARTICLE])))
 def test_the_examples_of_help_run(capsys, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
