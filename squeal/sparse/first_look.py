@@ -202,7 +202,7 @@ class FirstLook(Reduction):
         self, scaled: ScaledSystem, region: Rectangle, values: Sequence[Parameters]
     ) -> None:
         super().__init__(scaled, region)
-        self.contraction = 0.5
+        self.contraction = 0.5  # a guess, for errors of roots before it is known
         self.reduced_basis: ReducedBasis | None = None
         self.error = np.inf
         self.wide = region.widened(ESTIMATED_MARGIN)
@@ -223,7 +223,7 @@ class FirstLook(Reduction):
         self.trained = [values[round(k)] for k in index.tolist()]
         self.samples = tuple(parameters_of.values())
         if len(parameters_of) <= 2:
-            self.samples = (values[0], values[-1])[: len(values)]  # a single value is one sample
+            self.samples = (values[0], values[-1]) if len(values) > 1 else (values[0],)
 
     def _structure_factors(self, changes: Parameters) -> tuple[complex, ...]:
         """The factors of the terms of M and K without friction: where they agree the structure is
@@ -303,8 +303,9 @@ class FirstLook(Reduction):
         probes = []
         for k, structure in enumerate(self.structures):
             left, right = structure.probes(V, self._projected_structure(k))
-            of_left = side_by_side(lambda A, x=left: (A @ x).T @ V, self._matrices)
-            of_right = side_by_side(lambda A, x=right: (A.T @ x).T @ V, self._matrices)
+            # default arguments: threads may call the functions when `left` and `right` are the next
+            of_left = side_by_side(lambda A, left=left: (A @ left).T @ V, self._matrices)
+            of_right = side_by_side(lambda A, right=right: (A.T @ right).T @ V, self._matrices)
             probes.append(Probes(np.array(list(of_left)), np.array(list(of_right))))
         return ResidualSketch(
             residual=self._sketch,
@@ -328,9 +329,10 @@ class FirstLook(Reduction):
         reverse.
         """
         values = list(side_by_side(self._projected_values, self.trained))
-        name, *others = self.trained[0] or [""]
-        if others or any(changes.keys() != {name} for changes in self.trained):
+        names = {name for changes in self.trained for name in changes}
+        if len(names) != 1 or {} in self.trained:
             return values
+        (name,) = names
         shortest = SHORTEST_INTERVAL * (self.trained[-1][name] - self.trained[0][name])
         k = 0
         while k + 1 < len(self.trained):
@@ -514,13 +516,13 @@ class FirstLook(Reduction):
         all_values = self._projected_values(changes)
         rough_values = all_values[np.abs(all_values) <= self.reach]
         near_values = all_values[self.wide.contains(all_values)]
-        is_exact = near_values == 0.0  # the root 0 of a rigid body
-        projected = self._roots_with_errors(changes, near_values[~is_exact])
+        is_zero = near_values == 0.0  # the root of a rigid body, which is exact
+        projected = self._roots_with_errors(changes, near_values[~is_zero])
         z = projected.roots.values
         errors = projected.errors
         distances = self.region.distance(z)
         is_inside = self.region.contains(z)
-        zeros = near_values[is_exact & self.region.contains(near_values)]
+        zeros = near_values[is_zero & self.region.contains(near_values)]
         no_error = np.zeros(len(zeros))
         values = np.concatenate([z[is_inside], zeros])
         estimated = EstimatedRoots(
@@ -558,14 +560,17 @@ class FirstLook(Reduction):
         inside = [e for e in solved if self.region.contains(np.array(e.value))]
         solved_roots = Roots(*arrays_of(inside, self.scaled.n))
         projected = estimated.projected
-        kept = projected.select(~part.contains(projected.values))
+        # without the zeros of `estimated`, which have no vectors
+        kept_with_vectors = projected.select(~part.contains(projected.values))
         replaced = int(np.sum(~is_kept))
         return estimated._replace(
             values=np.append(estimated.values[is_kept], solved_roots.values),
             residuals=np.append(estimated.residuals[is_kept], [e.residual for e in inside]),
             errors=np.append(estimated.errors[is_kept], [e.rounding for e in inside]),
             corrected=np.append(estimated.corrected[is_kept], np.ones(len(inside), dtype=bool)),
-            projected=kept.joined(solved_roots.expanded(self.vectors.T / self.scaled.scale)),
+            projected=kept_with_vectors.joined(
+                solved_roots.expanded(self.vectors.T / self.scaled.scale)
+            ),
             spurious=max(0, replaced - len(inside)),
         )
 

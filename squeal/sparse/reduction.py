@@ -157,8 +157,8 @@ class Reduction:
         before = [np.zeros((0, 0))] * len(self._matrices)
         if old.size:
             before = [term.matrix for term in self.system.terms]
-        # in the order in which `mapped` goes through the terms
         reduced = side_by_side(partial(grown, old=old, new=new), before, self._matrices)
+        # `mapped` asks for the terms of M, of C, then of K: the order of `self._matrices`
         self.system = self.scaled.system.mapped(
             lambda term: Term(next(reduced), term.factor),
             labels=(),  # those of the full system are of its rows
@@ -206,14 +206,17 @@ class Reduction:
         projected_P = shift * shift * M + K
         if C is not None:
             projected_P = projected_P + shift * C
-        complement = Complement(  # F is P at that sample
+        # the F of the complement is P at that sample
+        complement = Complement(
             basis=self.vectors,
             projected=projected_P,
             matrix=self.scaled.at(changes).at(shift),
             factor=factor,
         )
-        if not complement.contraction_in(self.region, problem) < LARGEST_CONTRACTION:
+        contraction = complement.contraction_in(self.region, problem)
+        if np.isnan(contraction) or contraction >= LARGEST_CONTRACTION:
             return None
+        # a factor below the tolerance of the basis, so that a solved root is not sampled again
         exact = RESIDUAL_TOLERANCE / 3
         roots = corrected_roots(problem, factor, self.vectors, region, exact=exact, accepted=exact)
         if roots is None or not len(roots.values):  # the basis may hold no mode near the region
@@ -241,8 +244,9 @@ class Reduction:
         full_terms = iter(self.scaled.system.terms)  # in the order of the reduced ones
 
         def with_errors(reduced: Term) -> Term:
-            # `mapped` is for the errors; the projected matrix is known
-            return replace(next(full_terms).mapped(bound, bound), matrix=reduced.matrix)
+            """The reduced term with bounds of errors, from the full term that stands behind it."""
+            with_bounds = next(full_terms).mapped(bound, bound)
+            return replace(with_bounds, matrix=reduced.matrix)
 
         system = self.system.mapped(with_errors, self.system.labels)
         return system.assuming("a reduced system approximates the roots of its band or region")
