@@ -69,10 +69,11 @@ def without_layout():
 def without_proof():
     """Reports of thresholds that no referee proves, which takes a third of the time of a report:
     for files in which cures and advice are at stake."""
-    from squeal.reports import report
+    from squeal.queries.thresholds import thresholds
 
+    unproved = functools.partial(thresholds, prove=False)
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(report, "thresholds", functools.partial(report.thresholds, prove=False))
+        patched.setattr("squeal.reports.report.thresholds", unproved)
         yield
 
 
