@@ -9,6 +9,8 @@ correct them (residual inverse iteration, Neumaier 1985), until right and left v
 full problem to rounding. One basis gives multiple roots and rigid bodies as the dense problem does.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -33,6 +35,7 @@ from squeal.sparse.quadratic import (
     Roots,
     ScaledProblem,
     eigenvalues_of,
+    multiply,
     report_progress,
 )
 
@@ -309,7 +312,7 @@ def corrected_roots(
         values = dense_values(M, C, K, stiffness=stiffness)
         values = values[region.contains(values)]
         roots = roots_at(M, C, K, values, stiffness).expanded(V)
-        residuals = residuals_of(problem, roots)
+        residuals = residuals_of(problem, roots).outside(V)
         # errors over their limits
         right_ratios = np.linalg.norm(residuals.right, axis=0) / exact
         left_ratios = np.linalg.norm(residuals.left, axis=0) / accepted
@@ -334,6 +337,17 @@ class Residuals(NamedTuple):
 
     right: ComplexArray  # (n, m)
     left: ComplexArray  # (n, m)
+
+    def outside(self, basis: Array) -> Residuals:
+        """The parts of the residuals that are orthogonal to a basis (n, d), real and orthonormal.
+
+        They vanish once the basis holds the vectors. The parts in the basis are rounding, and more
+        than that where close roots share vectors, see `roots_at`: more directions cannot lessen
+        them.
+        """
+        right = self.right - multiply(basis, multiply(basis.T, self.right))
+        left = self.left - multiply(basis, multiply(basis.T, self.left))
+        return Residuals(right, left)
 
     def corrections(self, factor: Factor, of_right: Bools, of_left: Bools) -> ComplexArray:
         """Directions P^-1 r (n, k) that correct some of the right and some of the left vectors, by

@@ -249,6 +249,26 @@ def test_a_basis_of_all_motions_lacks_nothing():
         assert np.allclose(np.sort_complex(step.roots), np.sort_complex(expected), rtol=1e-12)
 
 
+# vectors that two roots share have residuals as large as the distance of the roots
+@pytest.mark.filterwarnings("ignore:1 full solutions do not suffice")
+@pytest.mark.parametrize("method", ["modal", "reduced"])
+@pytest.mark.parametrize("rows", [2, 6])
+@pytest.mark.parametrize("distance", [9e-8, 5e-8, 2e-8, 1e-8, 5e-9, 2e-9])
+@pytest.mark.parametrize("coupling", [0.0, 1.0])
+def test_roots_that_lie_too_close_for_a_vector_each_are_found(coupling, distance, rows, method):
+    """Two parts that are nearly equal, alone, and coupled to a nearly defective pair."""
+    squares = np.arange(1.0, rows + 1.0)
+    squares[1] = 1.0 + 2 * distance
+    turn = np.linalg.qr(np.random.default_rng(rows).standard_normal((rows, rows)))[0]
+    K = turn @ (np.diag(squares) + coupling * np.eye(rows, k=1)) @ turn.T
+    system = squeal.System(np.eye(rows), K={"1": K, "mu": np.zeros_like(K)})
+    (step,) = squeal.sweep(system, [0.0], (0.0, 0.2), method=method).steps
+    assert len(step.roots) == 2
+    for root, rounding in zip(np.sort_complex(step.roots), step.rounding, strict=True):
+        away = np.abs(root - 1j * np.sqrt(squares[:2])).min()
+        assert away <= max(rounding, 1e-7)
+
+
 @pytest.mark.parametrize("stiffness", [0.0, 100.0])
 @pytest.mark.parametrize("band", [(0.0, 1e-4), (5.0, 6.0), (0.0, 1e3)])
 def test_one_row_is_reduced_whatever_the_band_holds(stiffness, band):
