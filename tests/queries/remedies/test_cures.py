@@ -146,7 +146,8 @@ def test_cause_and_remedy_name_the_real_modes_that_the_amounts_are_of():
     assert named in report.opening["Cause"]
     assert named in report.opening["Remedy"]
     assert named in report.remedies.text()
-    near = float(re.search(r"3 near ([\d.]+)", report.growing.text())[1])
+    # either of the two roots may have either number behind the meeting
+    near = float(re.search(r" [23] near ([\d.]+)", report.growing.text())[1])
     assert near == pytest.approx(0.474, abs=0.01)  # to a step of the chart
 
 
