@@ -6,7 +6,16 @@ from collections.abc import Callable
 import numpy as np
 
 from squeal.errors import InputError
-from squeal.linear.matrices import EPS, Array, Matrix, dense, is_sparse, norm_of
+from squeal.linear.matrices import (
+    EPS,
+    Array,
+    Matrix,
+    dense,
+    is_sparse,
+    norm_of,
+    rank_of,
+    unit_diagonal,
+)
 
 FIRST_MODES = 32  # modes that are computed at first where their number is not known
 
@@ -77,22 +86,26 @@ def _sparse_modes(
 def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
     """The lowest eigenvalues (k,) of K x = s M x, k <= count, and vectors (n, k) with x' M x = 1.
 
-    Where M is singular, M x = r (K + shift M) x with r = 1/(s + shift) is solved instead, and the
-    motions of rows without mass, r = 0, are left out. Raises LinAlgError if that is no definite
-    pair either.
+    Where M is singular to rounding, M x = r (K + shift M) x with r = 1/(s + shift) is solved
+    instead, and the motions of rows without mass, r = 0, are left out. Raises LinAlgError if that
+    is no definite pair either.
     """
     from scipy.linalg import eigh
 
-    try:
+    # by signs alone rounding would decide: a mass of 1e-17 has a fast mode if it is positive, and
+    # spoils the slow ones
+    masses = np.linalg.eigvalsh(unit_diagonal(M))
+    rank = rank_of(np.maximum(masses, 0.0))
+    if rank == len(M):
         squares, modes = eigh(K, M, subset_by_index=(0, count - 1))
-    except np.linalg.LinAlgError:
-        shift = float(norm_of(K) / norm_of(M))
-        r, modes = eigh(M, K + shift * M)
-        rounding = 4 * len(M) * EPS * abs(r[-1])
-        has_mass = r > rounding
-        if r[0] < -rounding or not has_mass.any():
-            raise
-        r = r[has_mass][::-1]
-        modes = modes[:, has_mass][:, ::-1] / np.sqrt(r)
-        squares = 1.0 / r - shift
+        return squares, modes
+    if rank_of(np.abs(masses)) > rank or rank == 0:
+        raise np.linalg.LinAlgError("M is not positive semidefinite, or zero")
+    shift = float(norm_of(K) / norm_of(M))
+    r, modes = eigh(M, K + shift * M)
+    r = r[-rank:]
+    has_mass = r > 4 * len(M) * EPS * r[-1]
+    r = r[has_mass][::-1]
+    modes = modes[:, -rank:][:, has_mass][:, ::-1] / np.sqrt(r)
+    squares = 1.0 / r - shift
     return squares[:count], modes[:, :count]
