@@ -132,11 +132,12 @@ def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray
     is_complex = np.iscomplexobj(A) or np.iscomplexobj(B)
     is_real = not is_complex and abs(centre.imag) <= spread
     sigma = centre.real if is_real else centre
-    # nearly parallel vectors leave directions of their span poorly known: two steps of inverse
-    # iteration, from a shift just beside the group, improve it
-    shift = sigma + 10.0 * max(spread, 1e-10 * abs(sigma), 1e-10)
+    # nearly parallel vectors leave directions of their span poorly known: three steps of inverse
+    # iteration, from a shift just beside the group, improve it. Of a double root without spread
+    # A - shift B is singular to rounding from a shift nearer than the square root of rounding
+    shift = sigma + 10.0 * max(spread, 1e-8 * abs(sigma), 1e-10)
     U = _orthonormal(X[:, members], is_real)
-    for _ in range(2):
+    for _ in range(3):
         U = _orthonormal(np.linalg.solve(A - shift * B, B @ U), is_real)
     restricted = U.conj().T @ np.linalg.solve(B, A @ U) - sigma * np.eye(len(members))
     rotation, levels = _staircase(restricted)

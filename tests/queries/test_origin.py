@@ -445,9 +445,9 @@ def test_whole_numbers_of_single_precision_are_exact():
     assert (found.verdict, found.certified) == ("marginal", True)
 
 
-def friction_of_six_digits(folder, keys=""):
+def friction_of_six_digits(folder, keys="", digits="3.33333"):
     (folder / "k1.mtx").write_text(
-        HEAD + "2 2\n0.00000e+00\n-3.33333e+00\n3.33333e+00\n0.00000e+00\n"
+        HEAD + f"2 2\n0.00000e+00\n-{digits}e+00\n{digits}e+00\n0.00000e+00\n"
     )
     (folder / "s.yaml").write_text(
         "M: [[1, 0], [0, 1]]\nK: [{matrix: [[2, 0], [0, 4]]}, {file: k1.mtx, factor: mu}]\n" + keys
@@ -455,14 +455,20 @@ def friction_of_six_digits(folder, keys=""):
     return squeal.read_system(folder / "s.yaml")
 
 
-def test_a_threshold_is_proved_in_an_interval_that_holds_those_of_all_data(tmp_path):
-    """Coalescence at mu f = 1, where f is 3.33333 to half a unit of its last digit."""
-    located = squeal.thresholds(friction_of_six_digits(tmp_path), 1.0)
+@pytest.mark.parametrize("digits", ["3.33333", "6.52968", "7.59953", "8.97907", "3.74784"])
+def test_a_threshold_is_proved_in_an_interval_that_holds_those_of_all_data(tmp_path, digits):
+    """Coalescence at mu f = 1, where f is known to half a unit of its last digit.
+
+    At the middle of the interval two roots may coincide to all digits.
+    """
+    located = squeal.thresholds(friction_of_six_digits(tmp_path, digits=digits), 1.0)
     assert (located.certified, located.proof["data"]) == (True, "6 digits")
     (crossing,) = located.crossings
     low, high = crossing.interval
-    assert low < 1 / 3.333335 < 1 / 3.333325 < high
-    assert high - low < 20 * (1 / 3.333325 - 1 / 3.333335)
+    first = 1 / (float(digits) + 5e-6)
+    last = 1 / (float(digits) - 5e-6)
+    assert low < first < last < high
+    assert high - low < 20 * (last - first)
     assert "the 6 digits of k1.mtx" in str(located)
 
 
