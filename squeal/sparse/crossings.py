@@ -28,7 +28,7 @@ from squeal.linear.continuation import (
     zeros_between,
 )
 from squeal.linear.events import Event, locate_event
-from squeal.linear.matrices import EPS, applied, inertia, norm_of
+from squeal.linear.matrices import EPS, MCK, applied, components, inertia, norm_of, reaches
 from squeal.linear.search import search
 from squeal.linear.steps import meeting_at, near_coalescences
 from squeal.linear.system import System
@@ -61,6 +61,7 @@ NEWTON_STEPS = 20
 STEPS_PER_FACTOR = 3  # steps of Newton's method: the later ones correct vectors by residuals
 STAGNANT_STEP = 1e-9  # relative to p: after all steps, one so small is rounding
 CONVERGED_STEP = 1e-12  # step relative to p and omega; its error is the square
+WELL_CONDITIONED = 1e6  # up to here the roots that coincide have as many vectors
 
 
 class CrossingGuess(NamedTuple):
@@ -128,13 +129,15 @@ def spectrum_with_slopes(
     (n, m) of the roots. If `lifted` it has those (2n, m) of the first-order form, [x, z x] and
     [(z M + C)^H y, M^H y], for which left^H right of two different roots vanishes.
     """
+    changes = {name: value}
+    matrices = system.at(changes)
+    slopes = system.derivative(name, changes)
+    roots = _with_vectors_by_slopes(roots, matrices, slopes)
     z = roots.values
     right = roots.right
     left = roots.left
-    changes = {name: value}
-    matrices = system.at(changes)
     M, C, _ = matrices
-    derivative = left.conj().T @ applied(system.derivative(name, changes), z, right)
+    derivative = left.conj().T @ applied(slopes, z, right)
     weight = np.sum(left.conj() * inertia(matrices, z, right), axis=0)
     # a free motion without damping has the double root z = 0, where P' = C and y^H C x is zero but
     # for rounding of |C|: such a root has no slope, and gets zeros
@@ -149,6 +152,44 @@ def spectrum_with_slopes(
         right = np.vstack([right, z * right])
         left = np.vstack([of_displacements, of_velocities])
     return SpectrumAtParameter(value, z, right, left, coupling, assumed_rounding(z))
+
+
+def _with_vectors_by_slopes(roots: Roots, matrices: MCK, slopes: MCK) -> Roots:
+    """The roots with vectors, unit ones, that go on with the parameter where several coincide.
+
+    Of roots that coincide to rounding any mixture of their vectors is computed, and no slope in a
+    mixture is that of a root. The parameter separates them: their slopes and mixtures are the
+    eigenvalues and vectors of -(Y^H P' X)^-1 Y^H dP/dp X (degenerate perturbation theory). Vectors
+    stay where roots are defective, where P' vanishes and where no slope separates them.
+
+    Parameters
+    ----------
+    roots : Roots
+        Values (m,) with vectors (n, m).
+    matrices, slopes : tuple
+        M, C and K, and their derivatives by the parameter.
+    """
+    z = roots.values
+    is_close = np.abs(z[:, None] - z) <= 2 * assumed_rounding(z)
+    if np.count_nonzero(is_close) == len(z):  # each root is close to itself alone
+        return roots
+    right = roots.right.astype(complex)
+    left = roots.left.astype(complex)
+    for group in components(reaches(is_close)):
+        X = right[:, group]
+        Y = left[:, group]
+        weight = Y.conj().T @ inertia(matrices, z[group], X)
+        if not np.linalg.cond(weight) < WELL_CONDITIONED:
+            continue
+        change = Y.conj().T @ applied(slopes, z[group], X)
+        _, mixtures = np.linalg.eig(np.linalg.solve(weight, change))
+        if not np.linalg.cond(mixtures) < WELL_CONDITIONED:
+            continue
+        X = X @ mixtures
+        Y = Y @ np.linalg.inv(weight @ mixtures).conj().T
+        right[:, group] = X / np.linalg.norm(X, axis=0)
+        left[:, group] = Y / np.linalg.norm(Y, axis=0)
+    return Roots(z, right, left)
 
 
 class _Match(NamedTuple):

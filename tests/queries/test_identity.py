@@ -108,8 +108,19 @@ def test_a_large_system_learns_onsets_from_a_sweep_or_from_thresholds(monkeypatc
     assert row["onset"] == pytest.approx(0.75, rel=1e-9)
 
 
-def test_what_leaves_the_band_ends_and_what_enters_begins():
-    system = two(0.0, 60)
+@pytest.mark.parametrize("others", [*range(1, 9), 60])
+def test_modes_that_coincide_at_a_value_of_the_sweep_keep_their_numbers(others):
+    """There any mixture of their vectors is computed; both paths go straight on."""
+    values = np.linspace(0.0, 2.0, 5)
+    found = squeal.sweep(two(0.0, others), values.tolist(), band=(0.05, 0.5))
+    assert not found.losses
+    assert squares(found, 1) == pytest.approx(rising(values), rel=1e-6)
+    assert squares(found, 2) == pytest.approx(falling(values), rel=1e-6)
+
+
+@pytest.mark.parametrize("others", [*range(1, 9), 60])
+def test_what_leaves_the_band_ends_and_what_enters_begins(others):
+    system = two(0.0, others)
     found = squeal.sweep(system, np.linspace(0.0, 2.0, 5).tolist(), band=(0.0, 0.2251))
     kinds = {(loss.kind, loss.modes) for loss in found.losses}  # the band ends above p = 1
     assert kinds == {("end", (1,)), ("begin", (2,))}
