@@ -367,6 +367,11 @@ def _rounding(problem: ScaledProblem, roots: Roots, residuals: Array, conditions
     values = roots.values
     sizes = np.abs(values)
     errors = np.maximum(residuals, LEAST_BACKWARD_ERROR)
+    moves_alone = _moves_alone(problem, roots.right)
+    # of these each right vector is a left one, too; the computed left one is another mixture of the
+    # vectors of close roots, by which y^H P'(z) x may be too small
+    of_right = _conditions(problem, Roots(values, roots.right, roots.right))
+    conditions = np.where(moves_alone, of_right, conditions)
     scales = _scales(problem, sizes, errors)
     with np.errstate(invalid="ignore"):  # K = 0: the root is 0
         # c of the docstring; conditions beyond 1 / EPS are those of defective roots, all alike
@@ -382,7 +387,7 @@ def _rounding(problem: ScaledProblem, roots: Roots, residuals: Array, conditions
         size=scales[indices],
         rows=2 * problem.n,  # of the companion form
     )
-    reach = np.where(_moves_alone(problem, roots.right)[indices], 0.0, rounding)
+    reach = np.where(moves_alone[indices], 0.0, rounding)
     rounding = _rounding_in_groups(all_values, rounding, reach)
     return np.where(sizes > 0, rounding[: len(values)], 0.0)
 

@@ -275,7 +275,7 @@ def test_no_root_left_out_near_the_outline_is_overlooked(rng):
         assert count_roots(problem, disc, roots) in (inside, None)
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("mistuning", [1e-4, 1e-5, 1e-6])
 def test_roots_of_nearly_equal_blades_are_known_as_well_as_one_alone(mistuning, seed):
     """Of symmetric M and K a residual r moves lambda^2 by |r| at most (Weyl), however many other
@@ -290,7 +290,7 @@ def test_roots_of_nearly_equal_blades_are_known_as_well_as_one_alone(mistuning, 
     for root in eigenvalues_of(problem, roots_at(*problem.arrays(), values)):
         size = float(problem.size(np.array([root.value]))[0])
         bound = max(root.residual, LEAST_BACKWARD_ERROR) * size / (2 * abs(root.value))
-        assert root.rounding <= 8 * bound / problem.norms[0]
+        assert root.rounding <= 1.01 * bound / problem.norms[0]
 
 
 @pytest.mark.parametrize(
