@@ -53,8 +53,10 @@ def test_console_blocks_show_what_the_commands_print(folder):
             told = words(shown)
             made = words(out)
             assert len(told) == len(made)
-            for one, other in zip(told, made, strict=True):
-                assert one == other or float(one) == pytest.approx(float(other), rel=1e-5)
+            for one, other, following in zip(told, made, [*made[1:], ""], strict=True):
+                # entries that cancel leave zeros, or rounding: by which products a processor makes
+                rel = 1e-3 if following == "non-zeros" else 1e-5
+                assert one == other or float(one) == pytest.approx(float(other), rel=rel)
 
 
 def words(text):
