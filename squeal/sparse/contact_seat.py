@@ -61,7 +61,8 @@ class Contact:
     tangential : float or array_like (m,)
         Stiffness in the two directions across the normal, as `stiffness`.
     gap : float or array_like (m,)
-        What separates the nodes in addition to their coordinates, in m: wear, machined height.
+        What separates the nodes before the load, in m: wear, machined height. Their coordinates do
+        not count: at a gap of 0 they touch, wherever they lie.
     exponent, reference : float
         Of the normal stiffness by pressure (Pa; N without `area`); 0, up to 0.99, is a constant
         stiffness, as that of bonded pairs always is.
@@ -413,18 +414,19 @@ class _PairLaws(NamedTuple):
     tangential: Array  # stiffness across the normal
 
     def unit_forces(self, approach: Array) -> tuple[Array, Array]:
-        """Normal forces (m,) at a factor of 1, and their derivatives by the approach (m,).
+        """Normal forces (m,) over the factor, and their derivatives by the approach (m,).
 
-        The stiffness grows with a power of the force, dF/du = k (F / R)^e: integrated from 0,
-        F = (1 - e) k u (F / R)^e with (F / R)^e = ((1 - e) k u / R)^(e / (1 - e)). u is the
-        approach, R the reference. Where e is 0 a pair that pulls, u <= 0, has the same line, which
-        is the law of a bonded pair; others leave out the pairs that are open.
+        The stiffness grows with a power of the force, dF/du = c k (F / R)^e: integrated from 0,
+        F = (1 - e) c k u (F / R)^e with (F / R)^e = ((1 - e) c k u / R)^(e / (1 - e)). u is the
+        approach, c the factor, R the reference. Where e is 0 a pair that pulls, u <= 0, has the
+        same line, which is the law of a bonded pair; others leave out the pairs that are open.
         """
         is_linear = self.exponent == 0.0
         pressed = np.where(is_linear, approach, np.maximum(approach, 0.0))  # u
         share = 1 - self.exponent
         linear_force = share * (self.stiffness * pressed)
-        power = (linear_force / self.reference) ** (self.exponent / share)  # (F / R)^e
+        ratio = np.abs(self.factor) * linear_force / self.reference
+        power = ratio ** (self.exponent / share)  # (F / R)^e
         return linear_force * power, self.stiffness * power
 
 
@@ -525,7 +527,7 @@ class _Seat(NamedTuple):
     """The equilibrium under the load."""
 
     closed: Bools  # (m,), pairs that touch
-    unit_forces: Array  # (m,), normal forces at a factor of 1
+    unit_forces: Array  # (m,), normal forces over the factor
     unit_slopes: Array  # (m,), their derivatives by the approach
     displacements: Array  # (n,)
 

@@ -249,10 +249,7 @@ class FirstLook(Reduction):
             self.error = max(shares)
             if self.error <= ONE_ROUND_ERROR:
                 break
-        tested = self.samples
-        if len(self.structures) == 1:  # the sample with the largest error stands for all
-            tested = (self.samples[int(np.argmax(shares))],)
-        self.contraction = max(side_by_side(self._contraction, tested))
+        self.contraction = max(side_by_side(self._contraction, self.samples))
         # few modes save time only if there are more values than samples, and only with damping:
         # without C the projected problem is one of w^2, of half the size
         if self.is_complete and len(self.trained) > len(self.samples) and self.system.C:

@@ -8,6 +8,7 @@ random vectors estimate.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.matrices import Matrix, divisor, norm_of
+from squeal.linear.matrices import Matrix, norm_of
 from squeal.linear.system import System
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
@@ -71,20 +72,26 @@ class Complement:
     factor: Factor  # of F
 
     def contraction(self, P: csc_array) -> float:
-        """The largest |eigenvalue| of T = 1 - F^-1 P in the directions outside, by power iteration.
+        """An estimate of the largest |eigenvalue| of T = 1 - F^-1 P in the directions outside, by
+        the iteration of a subspace.
 
         Below 1 the Neumann series P^-1 = (1 + T + T^2 + ...) F^-1 converges there: P is regular
         outside, so that these directions add no root to those of the projection onto V.
         """
         x = np.random.default_rng(1).standard_normal((len(self.basis), 3)).astype(complex)
-        for _ in range(1 + POWERS_OF_T):  # the first x lies inside and outside
-            x = x - self.factor.solve(P @ x)  # T x
-            # outside V' F x = 0: x less V (V' F V)^-1 V' F x
-            inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ x))
-            x = x - multiply(self.basis, inside)
-            size = np.linalg.norm(x, axis=0)
-            x = x / divisor(size)
-        return float(size.max())  # to which the last step brought three unit vectors
+        for _ in range(1 + POWERS_OF_T // 2):  # the first x lies inside and outside
+            x, _ = np.linalg.qr(x)
+            x = self._times_T(P, self._times_T(P, x))
+        # |T^2| on the last subspace: T of friction is unsymmetric, and its powers grow and shrink
+        # in turn
+        return math.sqrt(np.linalg.norm(x, 2))
+
+    def _times_T(self, P: csc_array, x: ComplexArray) -> ComplexArray:
+        """T x (n, m), without its part inside of the basis."""
+        image = x - self.factor.solve(P @ x)
+        # outside V' F x = 0: x less V (V' F V)^-1 V' F x
+        inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ image))
+        return image - multiply(self.basis, inside)
 
     def contraction_in(self, region: Rectangle, problem: ScaledProblem) -> float:
         """The larger `contraction` of P(lambda) at the two right corners of a region, where roots

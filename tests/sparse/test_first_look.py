@@ -4,6 +4,7 @@ from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
+from scipy.sparse import diags_array, eye_array, lil_array
 
 import squeal
 from squeal.errors import ComputationError, InputError, InputWarning
@@ -299,3 +300,21 @@ def test_real_modes_need_mass_and_stiffness(part):
     system = squeal.System(M, C, {"1": K, "mu": np.eye(30, k=1)}, parameters={"mu": 0.1})
     with pytest.raises(InputError, match=f"{part}: is zero without friction; real modes need a"):
         squeal.sweep(system, [0.0, 0.5], region=(-2.0, 1.0, -1e-3, 1.0), method="modal")
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0])
+def test_a_pair_outside_of_the_basis_that_friction_brings_into_the_band_is_told(ratio):
+    """Two modes at 159 Hz, of which friction brings one to 7.96 Hz: no root of the basis lies near
+    the band, so that none has an error, and at mu = 0 nothing is lacking."""
+    n = 450
+    squares = np.linspace(0.5e6, 2e6, n)
+    squares[-2:] = 1e6
+    friction = lil_array((n, n))
+    friction[n - 2, n - 1] = (1e6 - 50.0**2) * ratio
+    friction[n - 1, n - 2] = (1e6 - 50.0**2) / ratio
+    mass = eye_array(n).tocsc()
+    K = {"1": diags_array(squares).tocsc(), "mu": friction.tocsc()}
+    system = squeal.System(mass, {"1": 0.5 * mass}, K, parameters={"mu": 0.3})
+    with pytest.warns(InputWarning, match="may lose roots of the band"):
+        found = squeal.sweep(system, [0.0, 0.5, 1.0], band=(5.0, 15.0), method="modal")
+    assert found.steps[-1].roots.imag == pytest.approx([50.0], rel=1e-4)

@@ -181,6 +181,18 @@ def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
         assert found == pytest.approx(left.max(), rel=0.02, abs=1e-12)
 
 
+@pytest.mark.parametrize("ratio", [1.0, 2.0, 10.0])
+def test_what_a_basis_lacks_contracts_as_an_unsymmetric_pair_does(ratio):
+    """T of friction is [[0, r c], [c / r, 0]] on two directions: vectors grow by r c and c / r in
+    turn, and the eigenvalues are c and -c."""
+    T = np.diag(np.linspace(-0.3, 0.3, 40))
+    T[38:, 38:] = [[0.0, 0.97 * ratio], [0.97 / ratio, 0.0]]
+    F = csc_array(diags_array(np.linspace(1.0, 2.0, 40)))
+    V = np.eye(40)[:, :2]
+    found = Complement(V, V.T @ (F @ V), F, factorise(F)).contraction(csc_array(F - F @ T))
+    assert found == pytest.approx(0.97, rel=1e-3)
+
+
 @pytest.mark.parametrize("n", [5, 80])
 def test_real_modes_reach_as_far_as_is_asked(n):
     w = np.linspace(1.0, 40.0, n)

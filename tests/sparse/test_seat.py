@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 
+import squeal
 from squeal.errors import InputError
 from squeal.sparse.contact_seat import _JoinedPairs, _PairLaws, _seat
 
@@ -73,6 +74,26 @@ def test_every_seat_of_a_held_structure_is_found():
         assert np.array_equal(found.closed, closed)
         np.testing.assert_allclose(found.displacements, displacements, rtol=1e-8)
     assert 20 < refused < 180
+
+
+def force_of_seat(stiffness, factor):
+    """The normal force (N) between two blocks on springs of 1e6 N/m, one pressed by 100 N."""
+    disc = squeal.Component(squeal.System([[1.0]], K=[[1e6]], name="disc"), [1], [2])
+    spring = squeal.System([[1.0]], K=[[1e6]], name="pad")
+    pad = squeal.Component(spring, [1], [2], load=[-100.0])
+    law = {"area": 1e-4, "exponent": 0.5, "reference": 1e6}
+    contact = squeal.Contact(("disc", "pad"), [(1, 1)], [0, 0, 1], stiffness, **law)
+    assembly = squeal.assemble([disc, pad], [contact], {"mu": 0.0, "contact": factor})
+    return assembly.seats[0].summary()["force"]
+
+
+@pytest.mark.parametrize("factor", [0.2, 2.0])
+def test_a_factor_multiplies_the_stiffness_whatever_the_exponent(factor):
+    """By the closed form of the law, F = (k u / 2)^2 / R, 2e10 N/m^3 are pressed by 25 N."""
+    of_stiffness = force_of_seat(factor * 1e10, 1.0)
+    assert force_of_seat(1e10, factor) == pytest.approx(of_stiffness, rel=1e-10)
+    if factor == 2.0:
+        assert of_stiffness == pytest.approx(25.0, rel=1e-9)
 
 
 def test_a_pair_that_stays_closed_while_it_pulls_keeps_its_line():
