@@ -79,6 +79,8 @@ class Event:
         True if two roots meet on the line.
     converged : bool
         False if only a count of growing roots tells of the event.
+    is_pair_at_zero : bool
+        True if a pair passes through zero, which has no frequency there.
     """
 
     value: float
@@ -88,17 +90,23 @@ class Event:
     residual: float | None = None
     coalesces: bool = False
     converged: bool = True
+    is_pair_at_zero: bool = False
+
+    @property
+    def is_pair(self) -> bool:
+        """False of a real root."""
+        return self.omega != 0.0 or self.is_pair_at_zero
 
     @property
     def kind(self) -> str:
         """flutter for a pair, divergence for a real root."""
-        return "flutter" if self.omega else "divergence"
+        return "flutter" if self.is_pair else "divergence"
 
     @property
     def rise(self) -> int:
         """By how much the number of growing roots rises with the parameter: 2 or -2 for a pair, 1
         or -1 for a real root."""
-        return self.direction * (2 if self.omega else 1)
+        return self.direction * (2 if self.is_pair else 1)
 
     @property
     def width(self) -> float:

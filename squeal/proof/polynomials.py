@@ -7,7 +7,9 @@ resultant of e and o vanishes. Without o the roots come in pairs s, -s at every 
 axis only where the discriminant of e vanishes. A root reaches zero where the constant coefficient
 vanishes, and infinity where the leading one does. Between these values of p the number of growing
 roots is constant and is counted exactly; it is also counted at those values that are doubles.
-Neither rounding nor ratios of stiffnesses matter.
+What crosses is identified at such a value itself: a pair +-i omega there has the common root
+-omega^2 of e and o, or without o the multiple root of e. Neither rounding nor ratios of stiffnesses
+matter.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.proof.balls import high_end, low_end
+from squeal.proof.balls import Ball, high_end, low_end
 from squeal.proof.exact import PRECISION, pieces_of_polynomial
 from squeal.proof.pieces import Piece
 from squeal.proof.terms import Terms
@@ -36,10 +38,16 @@ MOST_DEGREE = 8
 those of degree ten ten."""
 MOST_BITS = 10_000
 """Of a number in a factor, which a power makes long: a double has at most 1,075."""
-BESIDE = 1e-12
-"""Of the distance to the next zero: so far beside a zero growing roots are counted."""
+ZERO_PRECISION = 4 * PRECISION
+"""Bits of the balls of zeros, and of what is computed at them."""
+ROOT_ERROR = 2.0**-100
+"""Of the smallest root: how well roots are known at zeros."""
+OMEGA_BITS = 40
+"""So many bits of the frequency of a pair are known; else its change is not certain."""
 Polynomial = Any
 """A `flint.fmpq_mpoly` in s and p, or a `flint.fmpz_poly` in one of them."""
+Value = Any
+"""Of the parameter: a rational number (`flint.fmpq`), or a ball of real numbers (`flint.arb`)."""
 Number = Any
 """A double, an integer, or a rational function."""
 
@@ -54,8 +62,7 @@ class Change(NamedTuple):
     rise : int
         1 or 2 where a root or a pair begins to grow, -1 or -2 where it ends to.
     omega : float
-        The frequency of the pair, rad/s; 0 of a root. It is that of the slowest growing one beside
-        the change, which no proof identifies with the pair.
+        The frequency at which the pair crosses the imaginary axis, rad/s; 0 of a root.
     """
 
     low: float
@@ -83,8 +90,8 @@ class ExactRange:
         """The changes in a range.
 
         None where a component has too many rows, other factors, or entries of few digits; and where
-        changes are not certain, as several coincide that may cancel in the count, or a root passes
-        through infinity.
+        changes are not certain, as several coincide that may cancel in the count, what crosses
+        is not identified, or a root passes through infinity.
         """
         factors: list[Polynomial] = []
         changes: list[Change] = []
@@ -107,29 +114,31 @@ class ExactRange:
         """All finite roots (m,), rad/s, with the exact sign of each real part."""
         roots = []
         for factor in self._factors:
-            roots += [piece.centres[0] for piece in _pieces_at(factor, value)]
+            roots += [piece.centres[0] for piece in _pieces_at(factor, _exactly(value))]
         return np.array(roots, dtype=complex)
 
 
 class _Zero(NamedTuple):
     """An interval of the parameter with a zero of a polynomial, or with several that overlap.
 
-    multiplicity: of all zeros in it together; is_single: whether they are one zero.
+    multiplicity: of all zeros in it together; is_single: whether they are one zero; ball: holds
+    them, narrower than the interval.
     """
 
     low: float
     high: float
     multiplicity: int
     is_single: bool
+    ball: Ball
 
 
 def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | None:
     """The changes of an irreducible polynomial in a range, None where they are not certain.
 
-    Between two zeros of its critical polynomials one number of roots grows. Around each zero the
-    growing roots are counted just below it, at the zero itself where it is a double, and just above
-    it; from one count to the next they change. At the low end of the range nothing is counted
-    below, so that only roots that begin to grow there are changes.
+    Between two zeros of its critical polynomials one number of roots grows. The growing roots are
+    counted in the middle between neighbouring zeros, and at each zero that is a double; from one
+    count to the next they change. At the low end of the range nothing is counted below, so that
+    only roots that begin to grow there are changes.
     """
     leading, *others = _critical_polynomials(factor)
     if _zeros_within(leading, low, high):
@@ -138,65 +147,193 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     # a zero that several of them share is listed once, its multiplicities added
     critical: Polynomial = math.prod(others)
     zeros = _zeros_within(critical, low, high)
-    for k, zero in enumerate(zeros):
-        # roots are counted at a share of the way to the next zero, or to an end of the range. The
-        # next double would serve as well, but near 0 it is a fraction of a thousand digits
-        next_low = zeros[k + 1].low if k + 1 < len(zeros) else max(high, zero.high)
-        last_high = zeros[k - 1].high if k else low
-        middle = max((zero.low + zero.high) / 2.0, low)
-        is_double = zero.is_single and critical(_exactly(middle)) == 0
-        growing = []  # the growing roots below the zero, at it and above it
+    starts = [low]  # of the intervals between zeros
+    stops = []
+    for zero in zeros:
+        stops.append(zero.low)
+        starts.append(zero.high)
+    stops.append(high)
+    between = []  # the number of growing roots in each of them
+    for start, stop in zip(starts, stops, strict=True):
+        # the interval of a zero at the end of the range may reach beyond it
+        middle = max(start, start / 2.0 + stop / 2.0)
+        between.append(_growing_number(factor, _exactly(middle)))
+    for zero, (below, above) in zip(zeros, itertools.pairwise(between), strict=True):
+        value = zero.ball
+        middle = _exactly(max((zero.low + zero.high) / 2.0, low))
+        is_double = zero.is_single and critical(middle) == 0
+        numbers = []  # of growing roots: below the zero, at it and above it
         if zero.low > low:
-            growing.append(_growing_at(factor, zero.low - BESIDE * (zero.low - last_high)))
+            numbers.append(below)
         elif not is_double:
             return None  # some zero lies beside the end
         if is_double:  # what grows there grows on both sides, so that nothing cancels
-            growing.append(_growing_at(factor, middle))
-        growing.append(_growing_at(factor, zero.high + BESIDE * (next_low - zero.high)))
+            value = middle
+            numbers.append(_growing_number(factor, value))
+        numbers.append(above)
         start = max(zero.low, low)
-        for before, after in itertools.pairwise(growing):
-            rise = len(after) - len(before)
+        for before, after in itertools.pairwise(numbers):
+            rise = after - before
             # several changes may cancel in the count. They cannot if it moves by two for each; nor
             # at a single value beside which nothing grows on one side: all begin, or all end
             may_cancel = zero.multiplicity > 1 and abs(rise) < 2 * zero.multiplicity
             one_side_is_stable = zero.is_single and not (before and after)
             if not is_double and may_cancel and not one_side_is_stable:
                 return None
-            # the slowest ones have just begun to grow, or are about to end to
-            slowest = after[:rise] if rise > 0 else before[:-rise]
-            sign = int(np.sign(rise))
-            changes_at_zero = []
-            for root in slowest:
-                if root.imag == 0.0:
-                    changes_at_zero.append(Change(start, zero.high, sign, 0.0))
-                elif root.imag > 0.0:  # which stands for its conjugate, too
-                    changes_at_zero.append(Change(start, zero.high, 2 * sign, root.imag))
-            if sum(change.rise for change in changes_at_zero) != rise:
+            if not rise:
+                continue
+            crossings = _crossings(factor, value, rise, is_double)
+            if crossings is None:
                 return None
-            changes += changes_at_zero
+            for crossing in crossings:
+                changes.append(Change(start, zero.high, crossing.rise, crossing.omega))
     return changes
 
 
 def _zeros_within(polynomial: Polynomial, low: float, high: float) -> list[_Zero]:
     """The zeros of a polynomial within a range, ascending."""
     zeros = []
-    with flint.ctx.workprec(PRECISION):
+    with flint.ctx.workprec(ZERO_PRECISION):
         for root, multiplicity in polynomial.complex_roots():
-            zero = _Zero(low_end(root.real), high_end(root.real), multiplicity, True)
+            value = root.real
+            zero = _Zero(low_end(value), high_end(value), multiplicity, True, value)
             if root.imag == 0 and zero.low <= high and zero.high >= low:
                 zeros.append(zero)
-    separate: list[_Zero] = []
-    for zero in sorted(zeros):
-        # intervals end at neighbouring doubles: of two that overlap few doubles tell which is which
-        if separate and zero.low <= separate[-1].high:
-            before = separate.pop()
-            multiplicity = before.multiplicity + zero.multiplicity
-            zero = _Zero(before.low, max(before.high, zero.high), multiplicity, False)
-        separate.append(zero)
+        separate: list[_Zero] = []
+        for zero in sorted(zeros, key=lambda zero: zero.low):
+            # intervals end at neighbouring doubles: of two that overlap few doubles tell which is
+            # which
+            if separate and zero.low <= separate[-1].high:
+                before = separate.pop()
+                multiplicity = before.multiplicity + zero.multiplicity
+                ball = before.ball.union(zero.ball)
+                end = max(before.high, zero.high)
+                zero = _Zero(before.low, end, multiplicity, False, ball)
+            separate.append(zero)
     return separate
 
 
-def _exactly(value: float) -> Any:
+class _Crossing(NamedTuple):
+    """A root or a pair that crosses the imaginary axis: by how much it makes the number of growing
+    roots rise, and its frequency, rad/s."""
+
+    rise: int
+    omega: float
+
+
+def _crossings(
+    factor: Polynomial, value: Value, rise: int, is_exact: bool
+) -> list[_Crossing] | None:
+    """What crosses the imaginary axis where the number of growing roots changes; None where it is
+    not certain.
+
+    Something crosses. If the axis holds one place for it, all is there. Of several places the
+    speeds d(Re s)/dp tell what begins and what ends to grow.
+
+    Parameters
+    ----------
+    factor : Polynomial
+        The irreducible polynomial in s and p.
+    value : Value
+        Where it changes.
+    rise : int
+        By how much the number rises; it is not zero.
+    is_exact : bool
+        Whether nothing cancels in the rise. Otherwise all has to begin, or all to end to grow.
+    """
+    sign = int(np.sign(rise))
+    with flint.ctx.workprec(ZERO_PRECISION):
+        places = _places_on_axis(factor, value)
+        if places is None:
+            return None
+        if places == [0]:
+            return [_Crossing(rise, 0.0)]
+        crossing = places
+        if len(places) == 1:
+            crossing = places * (abs(rise) // 2)
+        else:
+            speeds = [_speed(factor, place, value) for place in places]
+            if any(speed.contains(0) for speed in speeds):
+                return None
+            crossing = [p for p, speed in zip(places, speeds, strict=True) if speed * rise > 0]
+            if not is_exact and len(crossing) < len(places):
+                return None
+    crossings = []
+    for place in crossing:
+        roots = 1 if place == 0 else 2  # of a pair one for its conjugate
+        crossings.append(_Crossing(sign * roots, float(place.mid())))
+    if sum(crossing.rise for crossing in crossings) != rise:
+        return None
+    return crossings
+
+
+def _speed(factor: Polynomial, omega: Ball, value: Value) -> Ball:
+    """d(Re s)/dp of the root s = i omega at a value of the parameter."""
+    root = flint.acb(0, omega)
+    slopes = []
+    for variable in ("s", "p"):
+        coefficients = _coefficients_at(factor.derivative(variable), value)
+        slopes.append(flint.acb_poly(coefficients)(root))
+    by_root, by_parameter = slopes
+    return (-by_parameter / by_root).real
+
+
+def _places_on_axis(factor: Polynomial, value: Value) -> list[Ball] | None:
+    """The frequencies (rad/s), 0 of a root, at which roots may cross the imaginary axis.
+
+    Of a ball the list may hold some at which nothing crosses. None where they are not isolated, and
+    where several roots pass through zero. Two may at a rational value p0 if they are
+    +-sqrt(a (p - p0)) to leading order: a pair on one side of it, and on the other side two real
+    roots, of which one grows.
+    """
+    even, second = _halves(factor)
+    even_at = _coefficients_at(even, value)
+    second_at = _coefficients_at(second, value)
+    if isinstance(value, flint.fmpq):
+        common = flint.fmpq_poly(even_at).gcd(flint.fmpq_poly(second_at))
+        squares = [square for square, _ in common.complex_roots()]
+    else:
+        isolated = _common_roots(flint.arb_poly(even_at), flint.arb_poly(second_at))
+        if isolated is None:
+            return None
+        squares = isolated
+    places = []
+    for square in squares:  # s^2 of a root that meets its negative
+        if not square.imag.contains(0) or square.real > 0 or square == 0:
+            continue
+        omega = (-square.real).sqrt()
+        if not square.real < 0 or omega.rel_accuracy_bits() < OMEGA_BITS:
+            return None
+        places.append(omega)
+    if flint.arb(even_at[0]).contains(0):
+        if flint.arb(second_at[0]).contains(0):
+            constant_slope = _coefficients_at(even.derivative("p"), value)[0]
+            is_simple = constant_slope != 0 and len(even_at) > 1 and even_at[1] != 0
+            if not (isinstance(value, flint.fmpq) and is_simple):
+                return None
+        places.append(flint.arb(0))
+    return places
+
+
+def _common_roots(even: Polynomial, second: Polynomial) -> list[Ball] | None:
+    """Balls of roots of one of two polynomials of balls that may be roots of the other one too.
+
+    None where neither has simple roots.
+    """
+    for polynomial, other in ((second, even), (even, second)):
+        if polynomial[polynomial.degree()].contains(0):
+            continue
+        try:
+            sizes = [abs(root) for root in polynomial.complex_roots()]
+            smallest = min([size.mid() for size in sizes if not size.contains(0)], default=1)
+            roots = polynomial.complex_roots(tol=ROOT_ERROR * smallest)
+        except ValueError:  # they are not isolated
+            continue
+        return [root for root in roots if other(root).contains(0)]
+    return None
+
+
+def _exactly(value: float) -> Value:
     """A double as a rational number."""
     return flint.fmpq(*value.as_integer_ratio())
 
@@ -324,18 +461,24 @@ def _critical_polynomials(factor: Polynomial) -> Iterator[Polynomial]:
     The first vanishes where a root s reaches infinity; wherever a root reaches the imaginary axis
     or zero one of the others does.
     """
-    coefficients = factor.to_dict()  # by the powers of s and p
-    powers = sorted({power for power, _ in coefficients})
-    parts: list[dict[tuple[int, int], Any]] = [{}, {}]  # of e and o, in s^2 and p
-    for (power, power_of_p), value in coefficients.items():
-        parts[power % 2][power // 2, power_of_p] = value
-    even, odd = map(factor.context().from_dict, parts)
+    powers = sorted({power for power, _ in factor.to_dict()})  # of s
     yield _of_parameter(factor, powers[-1])
     yield _of_parameter(factor, powers[0])
-    if even and odd:
-        yield _of_parameter(even.resultant(odd, "s"), 0)
-    elif even.degrees()[0] > 0:  # each root with its negative
-        yield _of_parameter(even.resultant(even.derivative("s"), "s"), 0)
+    even, second = _halves(factor)
+    if even and second:
+        yield _of_parameter(even.resultant(second, "s"), 0)
+
+
+def _halves(factor: Polynomial) -> tuple[Polynomial, Polynomial]:
+    """e and o of a polynomial e(s^2) + s o(s^2), as polynomials in s^2 and p.
+
+    Where o is zero, so that each root comes with its negative, the derivative of e stands for it.
+    """
+    parts: list[dict[tuple[int, int], Any]] = [{}, {}]
+    for (power, power_of_p), value in factor.to_dict().items():
+        parts[power % 2][power // 2, power_of_p] = value
+    even, odd = map(factor.context().from_dict, parts)
+    return even, odd or even.derivative("s")
 
 
 def _of_parameter(polynomial: Polynomial, power: int) -> Polynomial:
@@ -348,18 +491,21 @@ def _of_parameter(polynomial: Polynomial, power: int) -> Polynomial:
     return flint.fmpq_poly(coefficients).numer()
 
 
-def _pieces_at(factor: Polynomial, value: float) -> list[Piece]:
-    """The roots at a value of the parameter, each a piece of its own."""
-    p = _exactly(value)
-    coefficients = [flint.fmpq(0)] * (factor.degrees()[0] + 1)
-    for (power, power_of_p), coefficient in factor.to_dict().items():
-        coefficients[power] += coefficient * p**power_of_p
+def _coefficients_at(polynomial: Polynomial, value: Value) -> list[Value]:
+    """The coefficients of the powers of s at a value of the parameter."""
+    coefficients = [flint.fmpq(0)] * (polynomial.degrees()[0] + 1)
+    for (power, power_of_p), coefficient in polynomial.to_dict().items():
+        coefficients[power] += coefficient * value**power_of_p
+    return coefficients
+
+
+def _pieces_at(factor: Polynomial, value: Value) -> list[Piece]:
+    """The roots at a value of the parameter, a rational number, each a piece of its own."""
+    coefficients = flint.fmpq_poly(_coefficients_at(factor, value))
     with flint.ctx.workprec(PRECISION):
-        return pieces_of_polynomial(flint.fmpq_poly(coefficients).numer(), flint.arb(1))
+        return pieces_of_polynomial(coefficients.numer(), flint.arb(1))
 
 
-def _growing_at(factor: Polynomial, value: float) -> list[complex]:
-    """The growing roots at a value of the parameter, rad/s, the slowest growth first."""
-    pieces = _pieces_at(factor, value)
-    roots = [complex(piece.centres[0]) for piece in pieces if piece.side == "grows"]
-    return sorted(roots, key=lambda root: root.real)
+def _growing_number(factor: Polynomial, value: Value) -> int:
+    """How many roots grow at a value of the parameter, a rational number."""
+    return sum(piece.side == "grows" for piece in _pieces_at(factor, value))

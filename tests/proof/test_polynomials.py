@@ -265,3 +265,91 @@ def test_what_polynomials_do_not_know_is_left_to_the_enclosure():
     large = Terms([Term(np.diag(np.arange(n)))], [], [Term(np.ones((n, n)))], HALF_ULP)
     for terms in (inverse, power, few_digits, large):
         assert ExactRange.of(terms, 0.0, 2.0) is None
+
+
+@pytest.mark.parametrize("high", [2.0, 1e6, 1e12, 1e20])
+@pytest.mark.parametrize("k", [2.0, 1e-8, 1e-14, 1e-30])
+def test_the_frequency_is_that_at_the_threshold(k, high):
+    """lambda^2 + (1 - mu) lambda + k = 0: slow motions turn into real roots just above mu = 1."""
+    one = [[1.0]]
+    damping = [Term(one), Term([[-1.0]], lambda mu: mu)]
+    terms = Terms([Term(one)], damping, [Term([[k]])], HALF_ULP)
+    (change,) = ExactRange.of(terms, 0.0, high).changes
+    assert (change.low + change.high) / 2.0 == 1.0
+    assert change.rise == 2
+    assert change.omega == pytest.approx(np.sqrt(k), rel=1e-12)
+
+
+@pytest.mark.parametrize("high", [2.0, 1e12])
+def test_a_slow_mode_between_fast_ones_has_its_frequency_at_the_threshold(high):
+    """Three oscillators hidden by a congruence of integers, the dampers of which change sign."""
+    T = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, -1.0], [0.0, 0.0, 1.0]])
+    stiffnesses = [1e-10, 4.0, 1e6]
+    thresholds = [0.5, 0.75, 1.0]
+    damping = [Term(T.T @ np.diag(thresholds) @ T), Term(-T.T @ T, lambda mu: mu)]
+    terms = Terms([Term(T.T @ T)], damping, [Term(T.T @ np.diag(stiffnesses) @ T)], HALF_ULP)
+    found = [(change.low, change.omega) for change in ExactRange.of(terms, 0.0, high).changes]
+    for (value, omega), at, k in zip(found, thresholds, stiffnesses, strict=True):
+        assert value == pytest.approx(at, rel=1e-6)
+        assert omega == pytest.approx(np.sqrt(k), rel=1e-6)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.01])
+@pytest.mark.parametrize("high", [2.0, 1e14])
+def test_mode_coupling_has_the_frequency_at_the_threshold(damping, high):
+    """lambda^2 + d lambda + 2 = i sqrt(mu - 1) has the root i sqrt(2) at the threshold."""
+    (change,) = ExactRange.of(system(ONE, damping=damping), 0.0, high).changes
+    assert change.rise == 2
+    assert change.omega == pytest.approx(np.sqrt(2.0), rel=1e-12)
+
+
+CHAIN = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+"""omega^2 = 2 - sqrt(2), 2, 2 + sqrt(2), of which two belong to one irreducible factor."""
+
+
+@pytest.mark.parametrize(
+    "factor", [lambda mu: 1 - mu, lambda mu: 1 - 3 * mu, lambda mu: 2 - mu * mu]
+)
+def test_pairs_that_begin_to_grow_at_one_value_have_each_its_frequency(factor):
+    """At mu = 1, 1/3 and sqrt(2) all damping vanishes."""
+    terms = Terms([Term(np.eye(3))], [Term(np.eye(3), factor)], [Term(CHAIN)], HALF_ULP)
+    found = ExactRange.of(terms, 0.0, 1e3).changes
+    assert [change.rise for change in found] == [2, 2, 2]
+    squares = sorted(change.omega**2 for change in found)
+    assert squares == pytest.approx([2.0 - np.sqrt(2.0), 2.0, 2.0 + np.sqrt(2.0)], rel=1e-12)
+
+
+def test_pairs_that_begin_and_end_to_grow_at_one_value_are_told_apart():
+    """mu diag(1, -1) damps one of two modes of K = [[5, 2], [2, 2]] more than the other, by shares
+    1/5 and 4/5: below mu = 0 the mode of omega = 1 decays, above it that of sqrt(6)."""
+    damping = [Term(np.diag([1.0, -1.0]), lambda mu: mu)]
+    springs = [Term(np.array([[5.0, 2.0], [2.0, 2.0]]))]
+    found = ExactRange.of(Terms([Term(np.eye(2))], damping, springs, HALF_ULP), -0.5, 0.5).changes
+    assert [(change.rise, change.omega) for change in found] == [
+        (-2, pytest.approx(np.sqrt(6.0), rel=1e-12)),
+        (2, pytest.approx(1.0, rel=1e-12)),
+    ]
+
+
+def test_a_pair_through_zero_has_no_frequency():
+    """lambda^2 - mu lambda + mu = 0: (mu +- sqrt(mu^2 - 4 mu)) / 2 is a pair from 0 to 4, below it
+    one of two real roots grows."""
+    one = [[1.0]]
+    damping = [Term([[-1.0]], lambda mu: mu)]
+    terms = Terms([Term(one)], damping, [Term(one, lambda mu: mu)], HALF_ULP)
+    for low, expected in ((-1.0, [(-1, 0.0), (2, 0.0)]), (0.0, [(2, 0.0)])):
+        found = ExactRange.of(terms, low, 1e6).changes
+        assert [(change.rise, change.omega) for change in found] == expected
+
+
+def test_a_full_component_has_its_frequencies_at_the_thresholds():
+    """Eight rows: of the roots at each threshold one has no real part, and that frequency."""
+    rng = np.random.default_rng(0)
+    A, F, C = rng.standard_normal((3, 8, 8))
+    springs = [Term(A @ A.T + 8.0 * np.eye(8)), Term(F, lambda mu: mu)]
+    terms = Terms([Term(np.eye(8))], [Term(0.01 * C + 0.05 * np.eye(8))], springs, HALF_ULP)
+    exact = ExactRange.of(terms, 0.0, 10.0)
+    assert exact.changes
+    for change in exact.changes:
+        roots = exact.roots_at((change.low + change.high) / 2.0)
+        assert np.min(np.abs(roots - 1j * change.omega)) < 1e-12

@@ -1,6 +1,7 @@
 """What is said to be proved of thresholds, against onsets that are known in closed form."""
 
 import importlib
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -417,3 +418,37 @@ def test_a_threshold_at_the_end_of_the_range_is_listed():
     (ends,) = squeal.thresholds(system, low=-1.0, high=0.0).crossings
     assert (begins.mu, begins.kind) == (0.0, "flutter")
     assert ends.interval[0] <= 0.0 <= ends.interval[1]
+
+
+@pytest.mark.parametrize("high", [2.0, 1e12, 1e14])
+def test_a_pair_that_begins_to_grow_far_below_the_end_of_the_range_is_one_flutter(high):
+    """lambda^2 + (1 - mu) lambda + 2 = 0: at mu = 1 lambda = +- i sqrt(2), from 1 + sqrt(8) on both
+    are real."""
+    answer = squeal.thresholds(squeal.System([[1.0]], {"1 - mu": [[1.0]]}, [[2.0]]), high)
+    (crossing,) = answer.crossings
+    assert answer.certified
+    assert (crossing.mu, crossing.kind, crossing.mode) == (1.0, "flutter", 1)
+    assert crossing.frequency_hz == pytest.approx(math.sqrt(2.0) / math.tau, rel=1e-9)
+    first, *later = answer.points
+    assert (first.kind, first.frequency_hz) == ("flutter", crossing.frequency_hz)
+    assert [point.kind for point in later] == ["divergence"] * (high > 1.0 + math.sqrt(8.0))
+
+
+@pytest.mark.parametrize("k", [1e-4, 1e-12, 1e-14])
+def test_a_slow_pair_beside_a_constraint_has_its_frequency(k):
+    """lambda^2 + (1 - mu) lambda + k = 0 is a pair for |mu - 1| < 2 sqrt(k) only."""
+    damper = np.diag([1.0, 0.0, 0.0])
+    K = [[k, 0.0, 0.0], [0.0, 1.0, 1.0], [0.0, 1.0, 0.0]]
+    answer = squeal.thresholds(squeal.System(np.diag([1.0, 1.0, 0.0]), {"1 - mu": damper}, K), 1e6)
+    (crossing,) = answer.crossings
+    assert answer.certified
+    assert crossing.kind == "flutter"
+    assert crossing.frequency_hz == pytest.approx(math.sqrt(k) / math.tau, rel=1e-9)
+
+
+def test_a_pair_through_zero_is_flutter_without_a_frequency():
+    """lambda^2 - mu lambda + mu = 0: two real roots become a pair at mu = 0."""
+    answer = squeal.thresholds(squeal.System([[1.0]], {"-mu": [[1.0]]}, {"mu": [[1.0]]}), 2.0, -1.0)
+    found = [(c.mu, c.kind, c.direction, c.frequency_hz) for c in answer.crossings]
+    assert found == [(0.0, "divergence", "down", 0.0), (0.0, "flutter", "up", 0.0)]
+    assert answer.certified

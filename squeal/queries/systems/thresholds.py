@@ -293,12 +293,14 @@ def _located_exactly(
     is_undamped = not system.C
 
     def event_of(change: Change) -> Event:
+        is_pair = abs(change.rise) == 2
         return Event(
             value=min((change.low + change.high) / 2.0, high),
             omega=change.omega,
             direction=int(np.sign(change.rise)),
             interval=(change.low, change.high),
-            coalesces=is_undamped and change.omega > 0.0,  # as every undamped flutter begins
+            coalesces=is_undamped and is_pair,  # as every undamped flutter begins
+            is_pair_at_zero=is_pair and change.omega == 0.0,
         )
 
     continuation = BandContinuation(system, low, high, roots, is_exact=True)
