@@ -43,7 +43,7 @@ class Eigenvalue:
         How far rounding may move it, rad/s.
     error : float, optional
         How far a reduction, or the digits that data do not have, may move it, rad/s. After a proof
-        it is set only where a table shows it: from a millionth of the size or of the real part on.
+        it is set only where a table shows it: from a millionth of the real or imaginary part on.
     sign_is_open : bool
         True if `error` leaves open whether it grows.
     proved_to_grow : bool

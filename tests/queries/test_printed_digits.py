@@ -79,3 +79,33 @@ def test_a_mode_that_no_damper_reaches_has_no_growth_rate():
     assert (found.verdict, found.certified) == ("marginal", True)
     undamped = [z for z in found.values if abs(abs(z) - math.sqrt(2.0)) < 1e-9]
     assert [z.real for z in undamped] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("share", [0.0, 1e-15, -1e-15, 1e-13, -1e-13, -1e-11, -1e-9])
+@pytest.mark.parametrize("rate", [1.1, 3.0, 5.0, 12345.0])
+def test_frequencies_near_critical_damping_hold_to_the_error(rate, share):
+    """lambda^2 + C lambda + K = 0 with C^2 nearly 4 K: lambda = -C/2 +- sqrt(C^2/4 - K)."""
+    C = 2.0 * rate * (1.0 + share)
+    K = rate * rate
+    with mp.workdps(60):
+        half_width = mp.sqrt(mp.mpf(C) ** 2 / 4 - mp.mpf(K))
+        exact = [-mp.mpf(C) / 2 + half_width, -mp.mpf(C) / 2 - half_width]
+    found = squeal.eigenvalues(squeal.System([[1.0]], [[C]], [[K]]))
+    assert found.certified
+    for root in found.eigenvalues:
+        nearest = exact[int(np.argmin([abs(known - root.value) for known in exact]))]
+        allowed = max(PRINTED * abs(nearest.imag), root.error or 0.0)
+        assert abs(nearest.imag - root.value.imag) <= allowed
+
+
+@pytest.mark.parametrize("n", [1, 2, 4])
+def test_repeated_real_roots_show_that_they_may_be_real(n):
+    """q'' + 2 a q' + a^2 q = 0, hidden by a congruence of integers: each root is double."""
+    rng = np.random.default_rng(n)
+    T = np.eye(n) + np.triu(rng.integers(-2, 3, (n, n)), 1)
+    a = np.arange(2.0, n + 2.0)
+    system = squeal.System(T.T @ T, T.T @ np.diag(2.0 * a) @ T, T.T @ np.diag(a * a) @ T)
+    found = squeal.eigenvalues(system)
+    assert found.verdict == "stable"
+    for root in found.eigenvalues:
+        assert abs(root.value.imag) <= (root.error or 0.0)

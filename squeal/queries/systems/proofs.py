@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 NO_MOTION = "no motion satisfies the equations, so that none grows"
 PRINTED = 1e-6
-"""An error beyond this share of a real part, or of |lambda|, shows in the digits of a table."""
+"""An error beyond this share of a real or an imaginary part shows in the digits of a table."""
 NO_BOUND = "of the growth rates no bound is proved"
 EigenvalueTuple = tuple[Eigenvalue, ...]
 BY_REFEREE = "roots of the referee"  # the criterion of a verdict on roots that it encloses
@@ -246,7 +246,14 @@ def _is_off(root: Eigenvalue, match: tuple[Piece, ...]) -> bool:
     themselves do not explain: `match` are the pieces among which the root lies."""
     distance = max(piece.distance_bound(root.value) for piece in match)
     radius = max(float(piece.radii.max()) for piece in match)
-    return distance > max(PRINTED * abs(root.value), 4 * radius)
+    return distance > max(_visible_error(root.value, match), 4 * radius)
+
+
+def _visible_error(value: complex, match: tuple[Piece, ...]) -> float:
+    """The error of a root, rad/s, from which on it shows in digits of the frequency; of a root that
+    is proved to be real, in digits of its size."""
+    is_real = value.imag == 0.0 and all(piece.real for piece in match)
+    return PRINTED * abs(value if is_real else value.imag)
 
 
 def _if_proved(
@@ -443,7 +450,7 @@ def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     distance = max(piece.distance_bound(value) for piece in match)
     growth_error = max(high - growth, growth - low)
     error = root.error
-    shows = growth_error > PRINTED * abs(growth) or distance > PRINTED * abs(value)
+    shows = growth_error > PRINTED * abs(growth) or distance > _visible_error(value, match)
     # a distance up to the least normal double is that of an underflow, at a root of zero
     if shows and distance > sys.float_info.min:
         error = max(root.error or 0.0, distance)
