@@ -46,8 +46,8 @@ class Eigenvalue:
         it is set only where a table shows it: from a millionth of the real or imaginary part on.
     sign_is_open : bool
         True if `error` leaves open whether it grows.
-    proved_to_grow : bool
-        True if it is proved to grow, however far rounding may move it.
+    proved_sense : {1, -1, 0}
+        1 if it is proved to grow, -1 if to decay, however far rounding may move it.
     """
 
     value: complex
@@ -58,19 +58,21 @@ class Eigenvalue:
     rounding: float = field(default=0.0, repr=False)
     error: float | None = field(default=None, repr=False)
     sign_is_open: bool = field(default=False, repr=False)
-    proved_to_grow: bool = field(default=False, repr=False)
+    proved_sense: int = field(default=0, repr=False)
 
     @property
     def kind(self) -> str:
         """The verdict on it alone."""
-        if self.proved_to_grow:
+        if self.proved_sense < 0:
+            return "stable"
+        if self.proved_sense > 0:
             return "flutter" if self.value.imag != 0.0 else "divergence"
         return VERDICTS[kinds(self.value, self.rounding)]
 
     @property
     def decides(self) -> bool:
-        """Whether a verdict may rest on it: it solves the equations, or is proved to grow."""
-        return self.proved_to_grow or self.residual <= ACCEPTED
+        """Whether a verdict may rest on it: it solves the equations, or its sense is proved."""
+        return self.proved_sense != 0 or self.residual <= ACCEPTED
 
     @property
     def frequency_hz(self) -> float:
@@ -80,7 +82,7 @@ class Eigenvalue:
     @property
     def growth_rate(self) -> float:
         """Real part, 1/s: positive where the motion grows; 0 if rounding of the value hides it."""
-        return self.value.real if self.proved_to_grow else growth_of(self.value)
+        return self.value.real if self.proved_sense else growth_of(self.value)
 
     @property
     def damping_ratio(self) -> float:

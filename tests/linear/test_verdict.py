@@ -228,7 +228,7 @@ def test_no_roots_have_no_verdict():
 def test_a_pair_that_is_proved_to_grow_is_one_mode_however_close_to_the_real_axis():
     vector = np.ones(1, complex)
     pair = [
-        Eigenvalue(0.1 + sign * 1e-9j, vector, vector, 0.0, 1.0, rounding=1e-3, proved_to_grow=True)
+        Eigenvalue(0.1 + sign * 1e-9j, vector, vector, 0.0, 1.0, rounding=1e-3, proved_sense=1)
         for sign in (1, -1)
     ]
     assert [mode.kind for mode in growing(pair)] == ["flutter"]

@@ -109,3 +109,20 @@ def test_repeated_real_roots_show_that_they_may_be_real(n):
     assert found.verdict == "stable"
     for root in found.eigenvalues:
         assert abs(root.value.imag) <= (root.error or 0.0)
+
+
+@pytest.mark.parametrize("damping", [1e-11, 3e-11, 1e-13, 1e-15, 1e-17, 1e-20])
+@pytest.mark.parametrize("K", [[[2.0]], [[1e8]], [[2.0, -1.0], [-1.0, 2.0]]])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_proved_verdict_stands_beside_the_growth_rates_that_it_follows_from(damping, K, sign):
+    """q'' + c q' + K q = 0: Re lambda = -c/2 of each root, however small beside |lambda|."""
+    damping *= sign
+    n = len(K)
+    found = squeal.eigenvalues(squeal.System(np.eye(n), damping * np.eye(n), K))
+    assert found.certified
+    assert found.verdict == ("stable" if damping > 0.0 else "flutter")
+    for root in found.eigenvalues:
+        allowed = max(PRINTED * abs(damping), root.error or 0.0)
+        assert abs(root.growth_rate + damping / 2.0) <= allowed
+        assert root.growth_rate * damping < 0.0
+        assert root.damping_ratio * abs(root.value) == pytest.approx(-root.growth_rate)

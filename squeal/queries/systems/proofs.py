@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
 from squeal.io.writing import JsonObject
-from squeal.linear.eigen import Eigenvalue, values_of
+from squeal.linear.eigen import Eigenvalue, growth_of, values_of
 from squeal.linear.matrices import MCK, Array, Matrix, SingularTogetherError, dense_matrices
 from squeal.linear.roots import ComplexArray
 from squeal.proof import AS_GIVEN, HALF_ULP
@@ -441,7 +441,8 @@ def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     - Its real part is clipped to their bounds.
     - Its `rounding` is raised to the distance to which it is known, or set to it where it was
       infinite (not known). A distance that shows in printed digits raises its `error` too.
-    - It is `proved_to_grow` if its rounding hides that it grows, and all pieces prove it.
+    - Its `proved_sense` says whether it grows or decays, if its rounding hides that and all pieces
+      prove it.
     """
     low = min(piece.low for piece in match)
     high = max(piece.high for piece in match)
@@ -457,9 +458,11 @@ def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     rounding = distance
     if root.rounding < math.inf:
         rounding = max(root.rounding, distance)
-    is_hidden = not (root.decides and growth > rounding)  # else the root shows its growth itself
-    grows = is_hidden and all(piece.side == "grows" for piece in match)
-    return replace(root, value=value, rounding=rounding, error=error, proved_to_grow=grows)
+    sense = 0
+    if not (root.decides and abs(growth_of(value)) > rounding):  # else the root shows it itself
+        sides = {piece.side for piece in match}
+        sense = int(sides == {"grows"}) - int(sides == {"decays"})
+    return replace(root, value=value, rounding=rounding, error=error, proved_sense=sense)
 
 
 def _roots_of_pieces(matrices: MCK, pieces: Sequence[Piece]) -> EigenvalueTuple:
