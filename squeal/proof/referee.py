@@ -224,7 +224,16 @@ def prove_roots(system: Quadratic, values: ArrayLike, verdict: str | None = None
             where=exact_proof.where,
             matches=exact_proof.matches,
         )
-    return replace(exact_proof, status="open", reason=f"{LAST_DIGITS}: {exact_proof.reason}")
+    # what is bounded for all these entries stands, beside the roots of the given ones
+    return replace(
+        proof,
+        status="open",
+        by=exact_proof.by,
+        reason=f"{LAST_DIGITS}: as given {exact_proof.reason}",
+        where=exact_proof.where,
+        verdicts=exact_proof.verdicts,
+        pieces=exact_proof.pieces,
+    )
 
 
 def unstable_count(system: Quadratic) -> Count:

@@ -43,6 +43,35 @@ def test_a_defective_pair_that_rounding_parts_is_open():
     assert found.conclusion.startswith("Open: ")
 
 
+@pytest.mark.parametrize("corner", [1e-15, -1e-15, 1e-16, -1e-16])
+def test_a_list_that_the_entries_as_given_refute_gives_way_to_their_roots(corner):
+    """(4 - s)^3 = -corner with s = -lambda^2: two of three squares around 4 are complex. Within
+    half an ulp of the 4 all of them may be real."""
+    K = np.array([[4.0, 1.0, 0.0], [0.0, 4.0, 1.0], [corner, 0.0, 4.0]])
+    squares = 4.0 + np.cbrt(corner) * np.exp(2j * np.pi * np.arange(3) / 3.0)
+    exact = np.concatenate([1j * np.sqrt(squares), -1j * np.sqrt(squares)])
+    found = squeal.eigenvalues(squeal.System(np.eye(3), K=K))
+    assert (found.verdict, found.certified) == (None, False)
+    assert "as given the verdict is flutter" in proof(found)["reason"]
+    for root in found.values:
+        assert np.min(np.abs(exact - root)) < 1e-12
+    for root in exact:
+        assert np.min(np.abs(found.values - root)) < 1e-12
+    assert proof(found)["growth_below"] >= exact.real.max()
+    assert not found.unstable  # none grows for all entries within half an ulp
+    assert all(root.error > abs(root.value.real) for root in found.eigenvalues)
+
+
+@pytest.mark.parametrize("damping", [1e-17, -1e-17, 1e-20, -1e-20])
+@pytest.mark.parametrize("stiffness", [1.0, 2.0, 3.0, 4.0])
+def test_a_damped_root_that_is_computed_on_the_axis_is_proved_as_any_other(damping, stiffness):
+    """q'' + c q' + k q = 0, of which the solver finds a real part of exactly 0 for k = 1 and 4."""
+    found = squeal.eigenvalues(squeal.System([[1.0]], [[damping]], [[stiffness]]))
+    assert (found.verdict, found.certified) == ("stable" if damping > 0.0 else "flutter", True)
+    assert found.eigenvalues[0].growth_rate == pytest.approx(-damping / 2.0, rel=1e-12)
+    assert len(found.unstable) == (damping < 0.0)
+
+
 def test_a_defective_pair_of_integers_is_proved_as_given():
     """An integer matrix of determinant one hides the Jordan block exactly."""
     R = np.array([[2.0, 1.0], [1.0, 1.0]])

@@ -22,6 +22,7 @@ from squeal.io.writing import JsonObject
 from squeal.linear.eigen import Eigenvalue, growth_of, values_of
 from squeal.linear.matrices import MCK, Array, Matrix, SingularTogetherError, dense_matrices
 from squeal.linear.roots import ComplexArray
+from squeal.linear.verdicts import is_undamped
 from squeal.proof import AS_GIVEN, HALF_ULP
 from squeal.results.columns import OPEN
 
@@ -179,7 +180,9 @@ def refereed(
     four cases:
 
     - It is refuted.
-    - Exact arithmetic counts fewer finite roots, of entries as they are.
+    - The entries as given refute it in exact arithmetic, though others within half an ulp may not.
+      Unless that counts fewer finite roots, or rounding in the solver hid the side of a damped
+      root, the verdict and the list stay open.
     - It is proved, but holds a root that the solver failed to solve, or missed by more than printed
       digits.
     - It is open only because its roots cannot be assigned to enclosures, one to one.
@@ -212,15 +215,18 @@ def refereed(
     sharpest_proof = proof
     if proof.status == "open" and data.is_half_ulp and data.radii is not None:
         sharpest_proof = _proof_of(Data().around(*arrays), roots, verdict)
-    # where M is exactly singular, and rounding in the solver made it regular, too many roots were
-    # computed: an exact proof counts fewer, and is open for the last digits of the entries
-    has_other_number = (
-        proof.by == "exact"
-        and proof.reason.startswith(LAST_DIGITS)
-        and sum(piece.count for piece in proof.pieces) < len(roots)
-    )
-    if data.is_half_ulp and has_other_number:
-        return _with_roots_of_referee(arrays, system, roots, proof, data)
+    # the entries as given refute the list, others within half an ulp may not
+    if data.is_half_ulp and proof.by == "exact" and proof.reason.startswith(LAST_DIGITS):
+        number = sum(piece.count for piece in proof.pieces)
+        # where M is exactly singular, and rounding in the solver made it regular, too many roots
+        # were computed
+        if number < len(roots):
+            return _with_roots_of_referee(arrays, system, roots, proof, data)
+        # a damped root on the axis to rounding: the solver did not know on which side it lies
+        if verdict == "marginal" and not is_undamped(*arrays):
+            return refereed(matrices, roots, (None, f"{OPEN}{proof.reason}"), data)
+        if number == len(roots):
+            return _open_with_roots_as_given(arrays, system, roots, judged, proof, data)
     if sharpest_proof.status == "refuted":
         warnings.warn(
             f"the referee refutes the roots that were computed ({sharpest_proof.reason})",
@@ -269,6 +275,27 @@ def _if_proved(
     if only_verdict is None or proof_of_enclosed.status != "proved":
         return None
     return _with_proof(enclosed, (only_verdict, BY_REFEREE), proof_of_enclosed, data)
+
+
+def _open_with_roots_as_given(
+    matrices: MCK,
+    system: Quadratic,
+    roots: EigenvalueTuple,
+    judged: VerdictAndCriterion,
+    refutation: Proof,
+    data: Data,
+) -> RefereedRoots:
+    """Replace a list by the roots of the entries as given, which refute it, and leave it open.
+
+    Their errors and the bound of growth are those of all entries within half an ulp.
+    """
+    largest_rounding = max(root.rounding for root in roots)
+    roots_as_given = []
+    for root in _roots_of_pieces(matrices, refutation.pieces):
+        roots_as_given.append(replace(root, rounding=largest_rounding))
+    enclosed = tuple(roots_as_given)
+    verdict, _ = judged
+    return _with_proof(enclosed, judged, _proof_of(system, enclosed, verdict), data)
 
 
 def _with_roots_of_referee(
