@@ -39,8 +39,7 @@ SHORTEST = 1e-3  # of the greatest step of a branch: it does not pass small cycl
 GROWTH = 1.5  # of a step after one that succeeded
 CLOSED_CURVE = "the branch is closed"
 RESTS = "the motion comes to rest"
-CRITICAL = 0.05  # most distance from the unit circle of a multiplier that crosses it
-AT_ONE = 0.99  # least real part of a multiplier near the unit circle that counts as near 1
+AT_ONE = 0.99  # least real part of a multiplier that counts as near 1, or as right of it
 UNDECIDED = 1e-6  # least distance from 1 at which the largest multiplier decides stability
 
 PERIOD, VALUE = 6, 7  # indices of the period and of the parameter in the unknowns (z, T, value)
@@ -435,21 +434,21 @@ class Shooting:
         """
         located: list[tuple[float, Cycle]] = []  # distances along the step, and cycles
         for kind, test in TEST_FUNCTIONS.items():
-            # a family of vibrations at one value neither folds nor changes stability
+            # a family of vibrations at one value of the parameter neither folds nor changes
+            # stability
             if last.cycle.of_any_amplitude and kind != "grazing":
                 continue
             low = 0.0  # distance along the step up to which changes are located
-            at_low = test(first)
+            at_low = first
             at_end = test(last)
             # the value may change several times: each pass goes on behind the last change
-            while at_low != at_end and low < step:
-                high, after = self._first_change(first, test, at_low, low, (step, last))
-                # a pair of real multipliers with product 1 may change the test function too, but
-                # crosses no unit circle
-                if kind in ("fold", "grazing") or _is_critical(after.cycle):
-                    located.append((high, replace(after.cycle, turn=kind)))
-                low = high
-                at_low = test(after)
+            while test(at_low) != at_end and low < step:
+                low, before, at_low = self._first_change(first, test, low, at_low, (step, last))
+                # outside the unit circle a complex pair may meet on the real axis and go on as two
+                # real multipliers: this changes the counts of both, but none crosses the circle
+                crosses = _count_outside(before.cycle) != _count_outside(at_low.cycle)
+                if kind in ("fold", "grazing") or crosses:
+                    located.append((low, replace(at_low.cycle, turn=kind)))
         located.sort(key=itemgetter(0))
         return [cycle for _, cycle in located]
 
@@ -457,37 +456,39 @@ class Shooting:
         self,
         first: Point,
         test: TestFunction,
-        at_low: TestValue,
         low: float,
+        at_low: Point,
         end: tuple[float, Point],
-    ) -> tuple[float, Point]:
+    ) -> tuple[float, Point, Point]:
         """Where a test function changes on a step after `low`, by bisection for the first change.
 
-        Distances are those along the step from its `first` point; `at_low` is the test's value at
-        `low`, and `end` the distance and the point of the end, at which its value differs. Returns
-        the distance and the point just after the change.
+        Distances are those along the step from its `first` point; `at_low` is the point at `low`,
+        and `end` the distance and the point of the end, at which the test's value differs. Returns
+        the distance just after the change, and the points just before and after it.
         """
         high, at_high = end
+        unchanged = test(at_low)
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
             guess = first.cycle.unknowns + middle * first.direction
             point = self._solve_or_none(guess, first.direction)
             if point is None:
                 break
-            if test(point) == at_low:  # a change and its return before the middle are not seen
+            if test(point) == unchanged:  # a change and its return before the middle are not seen
                 low = middle
+                at_low = point
             else:
                 high = middle
                 at_high = point
-        return high, at_high
+        return high, at_low, at_high
 
 
-def _is_critical(cycle: Cycle) -> bool:
-    """Whether a multiplier other than one near 1 lies on the unit circle."""
-    return any(
-        abs(abs(multiplier) - 1.0) < CRITICAL and multiplier.real < AT_ONE
-        for multiplier in cycle.multipliers
-    )
+def _count_outside(cycle: Cycle) -> int:
+    """How many multipliers lie outside the unit circle; those near 1 and right of it are left out.
+
+    Only a multiplier that crosses the circle, through -1 or as one of a pair, changes the count.
+    """
+    return sum(abs(m) > 1.0 and m.real < AT_ONE for m in cycle.multipliers)
 
 
 # The test functions

@@ -238,10 +238,12 @@ def test_a_multiplier_on_the_unit_circle_decides_nothing(largest, stable):
 
 class OnACurve(Shooting):
     """Cycles on a known curve: (z1, T, value) = (sin a, 2 + 0.3 sin a + pitch a, cos a), whose
-    multipliers cross the unit circle at known a: through -1, and as a pair; two others meet
-    outside it."""
+    multipliers cross the unit circle at known a: through -1, and as a pair, whose modulus swings
+    about `radius` by `swing`; two others meet outside it."""
 
     pitch = 0.0
+    radius = 1.0
+    swing = 0.5
 
     def solve(self, guess, direction=None, most=0):
         around = self.pitch and (guess[6] - 2.0 - 0.3 * guess[0]) / self.pitch
@@ -254,7 +256,9 @@ class OnACurve(Shooting):
         place = np.array([np.sin(a), 0.0, 0.0, 0.0, 0.0, 0.0])
         small = np.diag([1.0, -1.0 - 0.5 * np.sin(a - 2.0), -1.5, -1.5, 0.0, 0.0])
         small[[2, 3], [3, 2]] = 1.0, 0.1 * np.sin(a - 0.3)
-        small[4:, 4:] = (1.0 + 0.5 * np.sin(a + 1.0)) * np.array([[0.6, 0.8], [-0.8, 0.6]])
+        small[4:, 4:] = (self.radius + self.swing * np.sin(a + 1.0)) * np.array(
+            [[0.6, 0.8], [-0.8, 0.6]]
+        )
         segment: Any = SimpleNamespace(contact_after_changes=np.ones((2, 1)))
         period = 2.0 + 0.3 * np.sin(a) + self.pitch * a
         return Point(Cycle(place, period, small, np.cos(a), 0.0, segment), ahead)
@@ -304,6 +308,22 @@ def test_a_closed_curve_passes_each_turn_once(start, towards):
         assert sorted(away) == pytest.approx([-1.0, -1.0, 1.0, 1.0], abs=1e-8)
     along = [-np.sign(np.sin(start)) * towards * (a - start) % (2 * np.pi) for _, a in turns]
     assert along == sorted(along)
+
+
+class OnACurveWithAPairAtTheCircle(OnACurve):
+    radius = 0.97
+    swing = 0.0
+
+
+def test_a_pair_that_meets_outside_the_circle_crosses_nothing_beside_one_at_the_circle():
+    """The pair of modulus 0.97 is near the circle all the time and never crosses it."""
+    nothing: Any = None
+    circle = OnACurveWithAPairAtTheCircle(nothing, nothing)
+    own = circle.solve(np.array([np.sin(1.0), 0, 0, 0, 0, 0, 2.0, np.cos(1.0)]))[0]
+    found, why = circle.branch(own, 1.0, (-2.0, 2.0), 0.2, 200)
+    assert why == CLOSED_CURVE
+    turns = sorted(one.turn for one in found if one.turn)
+    assert turns == ["fold", "fold", "period doubling", "period doubling"]
 
 
 @pytest.mark.parametrize("passages", [1, 3, 9, 10])
