@@ -63,7 +63,7 @@ class Source:
         self.inputs: list[Path | InputFile] = [InputFile(self.name, sha256(content).hexdigest())]
         self.inputs += self._files_of_options()
         check_outputs(given, [self.path, *self.inputs])
-        self.changes: JsonObject = {}
+        self.changes: JsonObject = {}  # by dotted key; None where `null` leaves the key out
         for change in given.set:
             self._set(change)
 
@@ -160,7 +160,8 @@ class Source:
 
             for key, value in self.changes.items():
                 name = key.removeprefix("parameters.")
-                if name != key:
+                # a parameter that is left out (None) needs no effect
+                if name != key and value is not None:
                     refuse_without_effect(file, [name], Place(f"--set {name}={value:g}"))
         return file
 

@@ -182,6 +182,27 @@ def test_set_answers_as_the_edited_file_does(capsys, tmp_path):
         assert found == expected | {"provenance": found["provenance"]}
 
 
+@pytest.mark.parametrize("command", ["eigenvalues", "thresholds", "check"])
+@pytest.mark.parametrize("name", ["mu", "spare", "frequency"])
+def test_null_leaves_a_parameter_of_a_system_out(capsys, tmp_path, command, name):
+    """One that matrices depend on, one that none depends on, and one that the file lacks."""
+    system = tmp_path / "system.yaml"
+    parameters = {"mu": 0.2, "spare": 3.0}
+    matrices = "M: [[1, 0], [0, 1]]\nK0: [[2, 0], [0, 3]]\nK1: [[0, 1], [-1, 0]]\n"
+    system.write_text(f"parameters: {parameters}\n{matrices}")
+    _, out, _ = run(capsys, command, system, "--set", f"{name}=null", "--json")
+    found = json.loads(out)
+    assert found.pop("set") == {f"parameters.{name}": None}
+    parameters.pop(name, None)
+    system.write_text(f"parameters: {parameters}\n{matrices}")
+    _, out, _ = run(capsys, command, system, "--json")
+    expected = json.loads(out)
+    for key in ("provenance", "costs"):
+        found.pop(key, None)
+        expected.pop(key, None)
+    assert found == expected
+
+
 def test_set_takes_everything_that_a_file_may_say(capsys):
     changes = {"time.stop": 1e-4, "time.samples": 5, "outputs": ["shares"], "initial.x_dot": 0.1}
     changes["formulation.line_force"] = "mean"
