@@ -3,6 +3,7 @@
 import csv
 import re
 from collections.abc import Iterator, Sequence
+from io import StringIO
 from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
@@ -58,14 +59,19 @@ def read_table(path: Path, names: Sequence[str]) -> tuple[Place, list[Line]]:
     if path.suffix.lower() == ".inp":
         return at, list(_deck_table(path, names))
     rows: list[tuple[Place, list[str]]] = []  # lines that are not empty, with their places
-    table = csv.reader(_text_lines(path, at))
+    # line breaks stay, for quoted cells that hold some; strict: a quote that nothing closes would
+    # take all lines below it for one cell
+    table = csv.reader(StringIO(_text(path, at), newline=""), strict=True)
+    end = 0  # number of the last line of the rows before
     try:
         for row in table:
+            end = table.line_num
             cells = [cell.strip() for cell in row]
             if any(cells):
-                rows.append((at / f"line {table.line_num}", cells))
+                rows.append((at / f"line {end}", cells))
     except csv.Error as error:
-        raise at.refuse(f"no table of comma-separated values: {error}") from None
+        here = at / f"line {end + 1}"
+        raise here.refuse(f"no table of comma-separated values: {error}") from None
     heads = []
     if rows:
         _, first_cells = rows[0]
@@ -126,9 +132,9 @@ def read_rising(
     return [list(column) for column in zip(*rows, strict=True)]
 
 
-def _text_lines(path: Path, at: Place) -> list[str]:
-    """The lines of a text file; bytes that are no UTF-8 become escapes. Raises InputError."""
-    return read_content(path, at).decode("utf-8-sig", "backslashreplace").splitlines()
+def _text(path: Path, at: Place) -> str:
+    """The text of a file; bytes that are no UTF-8 become escapes. Raises InputError."""
+    return read_content(path, at).decode("utf-8-sig", "backslashreplace")
 
 
 def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[tuple[Place, str]]:
@@ -139,7 +145,7 @@ def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[tup
     """
     file = Place(str(path))
     chain = (*including, path.resolve())
-    for number, text in enumerate(_text_lines(path, file), 1):
+    for number, text in enumerate(_text(path, file).splitlines(), 1):
         at = file / f"line {number}"
         name = re.match(r"\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", text, re.IGNORECASE)
         if not name:

@@ -5,6 +5,7 @@ import pytest
 
 import squeal
 from squeal.errors import InputError
+from squeal.io.tables import read_table
 from squeal.linear.moduli import Tabulated
 from squeal.numerics.differentiation import Formula
 
@@ -106,3 +107,26 @@ def test_a_proof_says_that_it_knows_no_enclosure(tmp_path):
     pytest.importorskip("flint")
     found = squeal.thresholds(squeal.read_system(written(tmp_path)), 400.0, prove=True)
     assert "no enclosure" in str(found)
+
+
+@pytest.mark.parametrize(
+    ("lines", "line"),
+    [
+        (["1,z,-5", '2,"z,-7', "3,z,-9"], "line 3"),  # nothing closes the quote
+        (["1,z,-5", '2,"z,-7', '3,"z",-9'], "line 3"),  # the quote of another line closes it
+        (["1,z,-5", "2,z,-7", '3,z,"-9'], "line 4"),
+    ],
+)
+def test_a_stray_quote_swallows_no_line(tmp_path, lines, line):
+    path = tmp_path / "load.csv"
+    path.write_text("\n".join(["node,dof,force", *lines]))
+    with pytest.raises(InputError, match=rf"load.csv: {line}: no table of comma-separated values"):
+        read_table(path, ("node", "dof", "force"))
+
+
+def test_a_line_break_in_a_quoted_cell_stays(tmp_path):
+    path = tmp_path / "parts.csv"
+    path.write_bytes(b'part,row\r\n"outer\npad",1\r\ndisc,2\r\n')
+    _, lines = read_table(path, ("part", "row"))
+    assert [line.cells["part"] for line in lines] == ["outer\npad", "disc"]
+    assert str(lines[1].at).endswith("line 4")
