@@ -13,7 +13,8 @@ from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.examples.brake import solid_brake, write_brake
 from squeal.proof.large import BEYOND_CORE, prove_band
-from squeal.proof.pieces import Side
+from squeal.proof.pieces import Piece, Side
+from squeal.queries.systems.proofs import with_proved_bounds
 from squeal.queries.systems.roots import system_roots
 from tests.proof.test_large import FLUTTER, known_roots, two_chains
 
@@ -69,6 +70,15 @@ def test_the_lowest_mode_of_a_band_is_judged_beside_the_others():
             "proved",
         )
         assert len(answer.modes) == modes
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_each_root_has_its_match(count):
+    """No root is left out in silence where matches are missing."""
+    roots = squeal.eigenvalues(squeal.System([[1.0]], [[0.2]], [[4.0]])).eigenvalues
+    piece = Piece(np.zeros(1, complex), np.ones(1), -1.0, 1.0, "unknown", real=None)
+    with pytest.raises(ValueError, match="zip"):
+        with_proved_bounds(roots, count * [(piece,)])
 
 
 def test_a_wrong_list_is_not_certified(system, monkeypatch):

@@ -10,7 +10,7 @@ from squeal.errors import InputError
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING
 from squeal.linear.eigen import values_of
-from squeal.queries.systems.proofs import Statement, as_complex, with_proved_bounds
+from squeal.queries.systems.proofs import EigenvalueTuple, Statement, as_complex, with_proved_bounds
 from squeal.queries.systems.roots import SystemRoots
 from squeal.results.columns import OPEN
 from squeal.results.sources import EigenvalueSelection
@@ -49,7 +49,7 @@ def with_band_proof(
         where = as_complex(proof.where)
         statement = Statement("open", proof.by, data=proof.data, reason=reason, where=where)
         return replace(roots, judged_by=statement)
-    eigenvalues = with_proved_bounds(roots.eigenvalues, proof.matches)
+    eigenvalues = _selected_with_bounds(roots, proof)
     statement = Statement("proved", proof.by, growth_below=proof.growth_below, data=proof.data)
     return replace(roots, eigenvalues=eigenvalues, judged_by=statement)
 
@@ -76,5 +76,12 @@ def _left_open(roots: SystemRoots, proof: Proof) -> SystemRoots:
     none_grows = sides.isdisjoint({"grows", "unknown"})
     if not sides or not none_grows:
         return noted
-    decaying = with_proved_bounds(roots.eigenvalues, proof.matches)
+    decaying = _selected_with_bounds(roots, proof)
     return replace(noted, eigenvalues=decaying, verdict=None, criterion=f"{OPEN}{reason}")
+
+
+def _selected_with_bounds(roots: SystemRoots, proof: Proof) -> EigenvalueTuple:
+    """The selected roots with proved bounds; they come first among the computed ones, of which the
+    proof holds the matches."""
+    matches_of_selected = proof.matches[: len(roots.eigenvalues)]
+    return with_proved_bounds(roots.eigenvalues, matches_of_selected)

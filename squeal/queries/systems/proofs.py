@@ -453,10 +453,18 @@ def with_proved_bounds(
         The roots.
     matches : sequence of m tuple of Piece
         The pieces among which each lies; an empty sequence leaves the roots as they are.
+
+    Raises
+    ------
+    ValueError
+        If there are more or fewer matches than roots.
     """
     if not matches:
         return roots
-    return tuple(map(_with_bounds_of, roots, matches))
+    bounded = []
+    for root, match in zip(roots, matches, strict=True):
+        bounded.append(_with_bounds_of(root, match))
+    return tuple(bounded)
 
 
 def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
