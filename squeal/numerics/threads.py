@@ -54,7 +54,7 @@ _TEAM = ContextVar("team", default=_Team())  # noqa: B039  which is never change
 
 
 def side_by_side(work: Callable[..., Result], *tasks: Iterable[Any]) -> Iterator[Result]:
-    """As `map(work, *tasks)`, by the threads of the verb.
+    """As `map(work, *tasks)`, by the threads of the verb; `tasks` are equally long.
 
     While the next result is not there this thread computes others. A task may itself call
     `side_by_side`. The exception of a task is raised when its result is due, after the results of
@@ -62,7 +62,8 @@ def side_by_side(work: Callable[..., Result], *tasks: Iterable[Any]) -> Iterator
     """
     team = _TEAM.get()
     if team.pool is None:
-        yield from map(work, *tasks)
+        for arguments in zip(*tasks, strict=True):
+            yield work(*arguments)
         return
     from concurrent.futures import Future  # which few verbs need
 

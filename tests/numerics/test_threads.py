@@ -60,6 +60,8 @@ def test_tasks_side_by_side_give_what_map_gives(workers):
         assert [next(results), next(results)] == [(3, 0), (2, 1)]
         with pytest.raises(ZeroDivisionError):
             next(results)
+        with pytest.raises(ValueError, match="zip"):
+            list(side_by_side(pow, [2, 3], [4]))
 
 
 def test_two_threads_compute_and_end_with_their_verb():
