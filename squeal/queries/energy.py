@@ -148,7 +148,7 @@ class Energy(Answer):
         >>> import squeal
         >>> damped = squeal.System([[1.0]], [[0.2]], [[4.0]])
         >>> squeal.energy(squeal.eigenvalues(damped)).sentence(1)
-        'mode 1, 0.3179 Hz: damping takes 0.1; in all -0.1 1/s'
+        'mode 1, 0.3179 Hz: damping takes 0.1 1/s; in all -0.1 1/s'
         """
         rows = [row for row in self.contributions if row.mode == mode]
         if not rows:
@@ -165,7 +165,7 @@ class Energy(Answer):
             if works[role] > least:
                 balance.append(f"{role} puts in {works[role]:.4g} 1/s")
             elif works[role] < -least:
-                balance.append(f"{role} takes {-works[role]:.4g}")
+                balance.append(f"{role} takes {-works[role]:.4g} 1/s")
         works_in_words = ", ".join(balance) or "no term does work"
         return f"{head}: {works_in_words}; in all {number(rows[0].growth_rate, 4)} 1/s"
 
@@ -280,7 +280,7 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
     >>> C = [[0.2, 0], [0, 0.2]]
     >>> pair = squeal.System([[1, 0], [0, 1]], C, K, parameters={"mu": 1.0})
     >>> print(squeal.energy(squeal.eigenvalues(pair)).sentence(2))
-    mode 2, 0.2268 Hz: friction puts in 0.2036 1/s, damping takes 0.101; in all 0.1026 1/s
+    mode 2, 0.2268 Hz: friction puts in 0.2036 1/s, damping takes 0.101 1/s; in all 0.1026 1/s
     """
     roots = [(mode, root) for mode, root in found.of_modes if root.value.imag >= 0.0]
     if any(not root.right.size for _, root in roots):

@@ -28,7 +28,7 @@ KINDS: dict[str, Callable[[object], bool]] = {
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in DOCS.glob("*.md")}
 PRINTED = {  # what the examples say, each known otherwise
     "brake_damping": r"4 values of friction",
-    "brake_energy": r"friction puts in 131\.4 1/s, damping takes 28\.22; in all 103\.2 1/s",
+    "brake_energy": r"friction puts in 131\.4 1/s, damping takes 28\.22 1/s; in all 103\.2 1/s",
     "brake_shape": r"6697 Hz, damping -0\.245 %",  # as the README prints
     "brake_sweep": r"\d+ 1/s at most",
     "campbell": r"flutter",

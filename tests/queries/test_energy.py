@@ -252,7 +252,7 @@ def test_the_energy_of_two_degrees_of_freedom_is_that_of_the_closed_form():
         assert rows["mu"].growth == pytest.approx(turn * omega * mu / square / stored, rel=1e-9)
     growing = answer.sentence(answer.modes[0])
     assert "friction puts in 0.28" in growing
-    assert "damping takes 0.15" in growing
+    assert "damping takes 0.1501 1/s" in growing
 
 
 def test_a_pad_is_fed_by_friction_alone_and_a_divergence_by_no_cycle():
