@@ -135,7 +135,22 @@ def test_a_damaged_build_is_refused(tmp_path, capsys):
     for name in ("paper/report.tex", "results/b2-c.json", "results/b2-c.csv"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(b"\xff\xfe")
-    assert "damaged" in assert_refused(capsys, "take", "fig11", "--build", tmp_path)
+    words = assert_refused(capsys, "take", "fig11", "--build", tmp_path)
+    assert "damaged" in words
+    assert "UnicodeDecodeError" in words  # what was wrong
+
+
+@pytest.mark.parametrize("option", ["--to", "--build"])
+def test_without_a_name_nothing_is_written_nor_read(tmp_path, capsys, option):
+    words = assert_refused(capsys, "take", option, tmp_path / "folder")
+    assert words.startswith(f"squeal: {option}")
+
+
+def test_a_folder_that_was_not_given_is_not_named_as_an_option(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("squeal.article.commands.take.ROOT", tmp_path / "squeal")
+    words = assert_refused(capsys, "take", "fig11")
+    assert words.startswith("squeal: neither the current folder nor the repository holds paper/")
 
 
 def test_without_a_name_the_command_lists_the_figures(build, capsys, monkeypatch):
