@@ -16,7 +16,7 @@ from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from squeal.queries.pads.equilibrium import analyse
-from squeal.queries.pads.maps import NAMES, codes_at, stability_map
+from squeal.queries.pads.maps import NAMES, stability_map, verdicts_at
 from squeal.queries.thresholds import critical_friction
 from squeal.results.map import Axis
 from tests.conftest import random_pad
@@ -62,7 +62,7 @@ def test_the_excursion_of_a_pad_at_rest_is_that_of_its_placement(y0, load):
 def test_map_eigenvalues_sliding_and_sweep_agree(seed):
     scene = some_scene(seed)
     mu = scene.pad.mu
-    at = codes_at(scene, ("mu",), np.array([[mu]]))
+    at = verdicts_at(scene, ("mu",), np.array([[mu]]))
     mapped = NAMES[at.codes[0]]
     judged = judged_equilibria(scene)
     fold = mapped == "beyond a fold"

@@ -20,7 +20,7 @@ from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Pad
 from squeal.queries.advise import advise
 from squeal.queries.pads.equilibrium import analyse
-from squeal.queries.pads.maps import NAMES, codes_at, stability_map
+from squeal.queries.pads.maps import NAMES, stability_map, verdicts_at
 from squeal.queries.thresholds import critical_friction
 from squeal.results.map import Axis
 from tests.conftest import random_pad
@@ -59,7 +59,7 @@ def test_equilibria_do_not_depend_on_a_small_load(model, load):
     e = sliding_equilibrium(scene.pad_model)[0]
     limit = sliding_equilibrium(usual.pad_model)[0]
     assert e.R_n / load == pytest.approx(limit.R_n / 1e-3, rel=1e-8)
-    mapped = codes_at(scene, ("mu",), np.array([[scene.pad.mu]]))
+    mapped = verdicts_at(scene, ("mu",), np.array([[scene.pad.mu]]))
     assert NAMES[mapped.codes[0]] == "marginal"
     assert scene.pad_model.states[mapped.contact[0]] == found.state
     if model == "BN":  # the literal equations have two points
@@ -88,7 +88,7 @@ def test_thresholds_of_rigid_contact_approach_their_limit(k_c):
     (point,) = critical_friction(scene).points
     # the limit of a stiffness of 1e30 N/m at 50 digits, and what 1/k_c adds
     assert point.mu == pytest.approx(1.8586356651386429, abs=2e7 / k_c + 1e-11)
-    alone = codes_at(scene, ("mu",), np.array([[1.0, 1.95]])).codes
+    alone = verdicts_at(scene, ("mu",), np.array([[1.0, 1.95]])).codes
     assert [NAMES[code] for code in alone] == ["marginal", "flutter"]
 
 
@@ -99,7 +99,7 @@ def test_where_rounding_hides_the_contact_a_sentence_says_so(k_c):
     for ask in (analyse, judged_equilibria, critical_friction):
         with pytest.raises(ComputationError, match="which hides the contact; softer contact"):
             ask(scene)
-    codes = codes_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]])).codes
+    codes = verdicts_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]])).codes
     assert NAMES[codes[0]] == "unknown"
 
 

@@ -15,7 +15,7 @@ from squeal.model.equations import about_origin
 from squeal.model.pad import Pad
 from squeal.queries.pads import maps
 from squeal.queries.pads.equilibrium import analyse
-from squeal.queries.pads.maps import NAMES, angle_axes, codes_at, stability_map
+from squeal.queries.pads.maps import NAMES, angle_axes, stability_map, verdicts_at
 from squeal.queries.pads.stack import STABLE_OR_MARGINAL, PadStack
 from squeal.queries.thresholds import critical_friction
 from squeal.results.map import Axis
@@ -117,7 +117,7 @@ STIFF_FACE = Scene(
     ],
 )
 def test_a_branch_that_bends_does_not_turn_back(scene):
-    code = codes_at(scene, ("mu",), np.array([[scene.pad.mu]])).codes[0]
+    code = verdicts_at(scene, ("mu",), np.array([[scene.pad.mu]])).codes[0]
     assert NAMES[code] == verdict_at(scene) != "beyond a fold"
 
 
@@ -133,7 +133,7 @@ def test_a_contour_takes_the_fold_that_the_query_finds():
     loss = PadStack.of(scene, ("h",), np.array([[pad.h]])).first_losses(2.0).mu[0]
     assert loss == pytest.approx(fold.mu, rel=1e-9)
     mus = np.linspace(1.33, 1.36, 61)
-    names = [NAMES[code] for code in codes_at(scene, ("mu",), mus[None]).codes]
+    names = [NAMES[code] for code in verdicts_at(scene, ("mu",), mus[None]).codes]
     assert names == ["marginal" if mu < fold.mu else "beyond a fold" for mu in mus]
 
 
@@ -295,7 +295,7 @@ def assert_divides(scene, axes, points):
         turns = 2 * np.pi * np.arange(8) / 8
         near = point[:, None] + 1e-4 * spans[:, None] * np.array([np.cos(turns), np.sin(turns)])
         calm = np.isin(
-            codes_at(scene, tuple(axis.name for axis in axes), near).codes, STABLE_OR_MARGINAL
+            verdicts_at(scene, tuple(axis.name for axis in axes), near).codes, STABLE_OR_MARGINAL
         )
         assert 0 < calm.sum() < 8, point
 

@@ -17,8 +17,8 @@ from squeal.queries.pads.maps import (
     NAMES,
     PointVerdicts,
     angle_axes,
-    codes_at,
     on_grid,
+    verdicts_at,
 )
 
 CELLS = 90  # a side of the map
@@ -72,7 +72,7 @@ def equilibria(scene: Scene) -> Outline:
     codes = _encoded(on_grid(scene, names, angles, angles))
 
     def encoded_at(points: np.ndarray) -> np.ndarray:
-        return _encoded(codes_at(scene, names, points))
+        return _encoded(verdicts_at(scene, names, points))
 
     return outline(((0.0, math.pi), (0.0, math.pi)), angles, angles, codes, encoded_at)
 

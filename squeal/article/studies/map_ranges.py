@@ -15,7 +15,7 @@ from squeal.io.scene import Scene
 from squeal.linear import VERDICTS
 from squeal.model.contact import FULL, STATES
 from squeal.model.pad import Pad
-from squeal.queries.pads.maps import BEYOND_FOLD, angle_axes, codes_at
+from squeal.queries.pads.maps import BEYOND_FOLD, angle_axes, verdicts_at
 
 VALUES = {
     "h/w": np.linspace(0.1, 1.0, 10),
@@ -172,7 +172,7 @@ def equilibria(scene: Scene, pads: Pad, cells: int = COARSE) -> EquilibriumShare
     repeated = [np.repeat(values, points) for values in parameters]
     # (parameter, count * points)
     rows = np.array([np.tile(a1, count), np.tile(a2, count), *repeated])
-    computed = codes_at(scene, ("alpha1", "alpha2", *names), rows)
+    computed = verdicts_at(scene, ("alpha1", "alpha2", *names), rows)
     stable = np.isin(computed.codes, STABLE)
 
     def share(holds: np.ndarray) -> np.ndarray:

@@ -32,8 +32,10 @@ from squeal.results.sources import PadSource
 from squeal.schema import Place, Word
 
 MARGINAL = VERDICTS.index("marginal")
-BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
-UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided
+# the pad has no equilibrium on the branch from mu = 0: the branch turns back at a fold before the
+# pad's mu, ends otherwise or does not begin, see `BranchEnd`
+BEYOND_FOLD = len(VERDICTS)
+UNKNOWN = BEYOND_FOLD + 1  # whether the pad has one could not be decided
 NAMES = (*VERDICTS, "beyond a fold", "unknown")
 QUANTITIES = {
     "critical-friction": ("critical friction", "1"),
@@ -61,9 +63,10 @@ class PointVerdicts(NamedTuple):
     codes : array (n,)
         The verdicts, indices into `NAMES`.
     contact : array (n,)
-        Indices into the model's contact states; no contact beyond a fold.
+        Indices into the model's contact states; that of no contact where no equilibrium is known.
     beyond : array (3, n) of bool
-        Which of the three `LIMITS` of an equilibrium are exceeded.
+        Whether tilt, travel and reaction of the equilibrium exceed their `LIMITS`, a row each;
+        false where none is known, and in B3.
     doubtful : array (n,) of bool
         Where rounding may change the verdict; a map then leaves it open.
     """
@@ -74,11 +77,12 @@ class PointVerdicts(NamedTuple):
     doubtful: Bools
 
 
-def codes_at(scene: Scene, names: Names, values: Array, compiled: bool = False) -> PointVerdicts:
-    """Compute the verdict at each of n points: of a scene's pad with some parameters replaced.
+def verdicts_at(scene: Scene, names: Names, values: Array, compiled: bool = False) -> PointVerdicts:
+    """Compute the verdict at each of n points, and what is known of the equilibrium there.
 
-    It is that on the equilibrium on the branch from mu = 0 (B3: about the origin). Modal damping
-    ratios refer to the modes without friction of the pad at each point.
+    At each point some parameters of the scene's pad are replaced. The verdict is that on the pad's
+    equilibrium on the branch from mu = 0; B3 is linearised about the origin. Modal damping ratios
+    refer to the modes that the pad of that point has without friction.
 
     Parameters
     ----------
@@ -91,6 +95,11 @@ def codes_at(scene: Scene, names: Names, values: Array, compiled: bool = False) 
     compiled : bool
         Whether the equilibria are computed in machine code. Only many points are worth the time
         that compiling takes.
+
+    Returns
+    -------
+    PointVerdicts
+        Arrays over the n points.
 
     Raises
     ------
@@ -111,7 +120,7 @@ def codes_at(scene: Scene, names: Names, values: Array, compiled: bool = False) 
     for i, state in enumerate(states):
         in_state = np.all(equilibria.touching == np.array(state)[:, None], axis=0)
         contact[equilibria.exists & in_state] = i
-    beyond = np.zeros((3, stack.n), dtype=bool)
+    beyond = np.zeros((len(LIMITS), stack.n), dtype=bool)
     if not stack.linear:
         statics = stack.statics.pick(existing)
         beyond[:, existing] = excursion(statics, at_existing.z, at_existing.touching).beyond()
@@ -146,7 +155,7 @@ def _blocks(scene: Scene, names: Names, x: Array, y: Array, size: int) -> Iterat
 
 def _codes_of(compiled: bool, block: _Block) -> PointVerdicts:
     """The verdicts at the points of a block: a task of a process."""
-    return codes_at(*block, compiled)
+    return verdicts_at(*block, compiled)
 
 
 def on_grid(scene: Scene, names: tuple[str, str], x: Array, y: Array) -> PointVerdicts:
@@ -370,14 +379,14 @@ def threshold_curves(
     shares_stable, shares_other = _ends_across(traced, stable)
     for _ in range(HALVINGS):  # bisection of all lines between neighbours at once
         middle = (shares_stable + shares_other) / 2
-        codes_in_middle = codes_at(scene, names, _values_at(axes, middle)).codes
+        codes_in_middle = verdicts_at(scene, names, _values_at(axes, middle)).codes
         is_stable = np.isin(codes_in_middle, STABLE_OR_MARGINAL)
         shares_stable[:, is_stable] = middle[:, is_stable]
         shares_other[:, ~is_stable] = middle[:, ~is_stable]
     points = _values_at(axes, shares_stable)
     # verdicts on the stable side of the curve, and on the other one, name what happens on it
-    inside = codes_at(scene, names, points)
-    outside = codes_at(scene, names, _values_at(axes, shares_other))
+    inside = verdicts_at(scene, names, points)
+    outside = verdicts_at(scene, names, _values_at(axes, shares_other))
     kinds = np.where(outside.codes == VERDICTS.index("divergence"), "divergence", "flutter")
     kinds[inside.contact != outside.contact] = "contact"
     kinds[outside.codes == BEYOND_FOLD] = "fold"
