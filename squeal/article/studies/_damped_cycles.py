@@ -293,12 +293,29 @@ class Cycles:
         """Motions along a branch from a converged X; it ends where no step succeeds.
 
         Pseudo-arclength continuation: a step along the tangent, then Newton's method orthogonal to
-        it. `conditions` (none if left out) are made anew at each motion, so that their borders fit.
+        it.
+
+        Parameters
+        ----------
+        x : array (10,)
+            The converged X, which is not among the motions.
+        free : indices of the parameters that change along the branch
+        direction : array (10,)
+            Roughly that of the branch from X on; which of its two senses is taken.
+        conditions : callable
+            Further functions of X that vanish, none if left out. They are made anew at each motion,
+            so that their borders fit.
+        anchored : the conditions say where on the motion the state lies, see `solve`
+
+        Raises
+        ------
+        ComputationError
+            where Newton's method does not converge at X itself
         """
         tangent = direction / np.linalg.norm(direction)
+        # the tangent returned has the sense of the given one: the last equation of `solve` makes
+        # their product positive
         _, tangent = self.solve(x, free, conditions(), tangent, anchored)
-        if tangent @ direction < 0.0:
-            tangent = -tangent
         step = FIRST_STEP
         while step > SHORTEST_STEP:  # the length of the step, halved until it succeeds
             try:
