@@ -40,8 +40,8 @@ def options(parser: Parser) -> None:
     add(
         "--prove",
         action=argparse.BooleanOptionalAction,
-        help="let a referee judge the roots: the default for pads and systems of up to 400 rows; "
-        "larger ones need --band",
+        help="have a referee prove the roots: the default for a pad and for up to 400 rows; of "
+        "larger systems those of a --band",
     )
     add(
         "--verbose",

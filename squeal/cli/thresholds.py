@@ -26,8 +26,8 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--prove",
         action=argparse.BooleanOptionalAction,
-        help="whether a referee judges them, of up to 400 rows; left out, of a pad and up to 40 "
-        "rows",
+        help="have a referee prove them, of a pad or of up to 400 rows: the default for a pad and "
+        "for up to 40 rows",
     )
     take(parser, "workers", "low", "band", "region", "memory")
     take_changes(parser)

@@ -641,13 +641,20 @@ def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> Pr
 
 
 def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
-    """Projections P and Q that remove the free motions, whose roots are zero at all values.
+    """Projections P and Q that remove free motions, whose roots are zero at all values.
 
-    Free motions are the vectors x with K x = C x = 0 at all samples, or the combinations y of rows
-    with y' K = y' C = 0. Where the parameter changes the one it need not change the other, as by a
-    force that acts between bodies at one end alone. Both are removed in turn, y as a motion of the
-    transposed matrices, until none is left: each pass removes one zero of a chain of zeros.
-    P' M Q q'' + P' C Q q' + P' K Q q = 0 has all other roots.
+    P' M Q a'' + P' C Q a' + P' K Q a = 0 has all other roots.
+
+    A free motion is a vector x with K x = C x = 0 at all samples. With P' M x = 0 and, for some y
+    of regular y' M x, y' M Q = 0, let q = Q a + x b. Then x b vanishes from the rows P' of the
+    equations, so that a moves by itself, and the rows y' add y' M x b'' = (terms of a): each
+    removal takes the double zero root of each x, and no other root.
+
+    Of the transposed matrices a free motion is a combination y of rows with y' K = y' C = 0. The
+    parameter may leave only some x free, or only some y, as a force that acts on one of two bodies
+    alone. Zeros may also form a longer chain, of which a removal leaves another free motion. So
+    motions of the matrices and of their transposes are removed in turn until none can be removed
+    (see `_complement_of_free_motions`); if all that are left are free, they stay.
 
     Parameters
     ----------
@@ -671,7 +678,8 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
         size_before = len(M)
         for _ in range(2):
             rows, columns = _complement_of_free_motions(M, acting)
-            # the transposes change the roles of P and Q; after both passes these are as before
+            # P' X Q becomes its transpose, for which P and Q change places; the second pass
+            # changes them back
             P, Q = Q @ columns, P @ rows
             M, *acting = [(rows.conj().T @ X @ columns).conj().T for X in (M, *acting)]
     if len(M) == len(P):

@@ -173,7 +173,10 @@ def cell_around(
 
 
 def cell_about_origin(balance: Balance, high: float) -> Cell:
-    """The only cell of a linear model, whose equilibrium is the origin at all frictions."""
+    """The only cell of a linear model, whose equilibrium is the origin at all frictions.
+
+    The origin is exact: as boxes around it `radii` and `unique_within` have no width.
+    """
     middle = high / 2.0
     half = middle * (1.0 + OVERLAP)
     centre = (flint.arb_poly([0]),) * 3 + (flint.arb_poly([middle, half]),)

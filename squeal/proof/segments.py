@@ -518,10 +518,12 @@ def _imaginary_bound_of_pair(
     """The bound for two eigenvalues s that share a part, of real columns.
 
     At each d they are roots of (x - s) (y - s) = b c, where [[x - s, b], [c, y - s]] is the Schur
-    complement that eliminates the other columns from S - s. It differs from these entries of S - s
-    by at most `through_others`, since the rows of the other columns are diagonally dominant by
-    `separation`; for real s it is real. The discriminant (x - y)^2 + 4 b c then says whether both s
-    are real (`docs/proof.md`, Ranges, 4).
+    complement that eliminates the other columns r from S - s: the block of these two, p, plus
+    E = -S_pr (S_rr - s)^-1 S_rp. Each row k of S_rr - s is diagonally dominant by m_k, its
+    `separation`, so that the solution of (S_rr - s) v = w is at most max_k |w_k| / m_k. Hence
+    |E_ab| is at most (sum_k |S_ak|) (max_k |S_kb| / m_k), which is `through_others`. E is real for
+    real s. The discriminant (x - y)^2 + 4 b c over all such E then says whether both s are real
+    (`docs/proof.md`, Ranges, 4).
     """
     is_other = np.ones(len(discs.radii), dtype=bool)
     is_other[part] = False
@@ -547,7 +549,8 @@ def _imaginary_bound_of_pair(
     # least |Im s| - through_others, and their product at most |b c|
     coupled = float((b(interval) * c(interval)).abs_upper())
     by_coupling = np.sqrt(coupled) + through_others.max()
-    # s = (x + y +- sqrt(discriminant)) / 2, where x and y are imaginary by their errors at most
+    # s = (x + y +- sqrt(discriminant)) / 2, where x and y are imaginary by their `errors` at most,
+    # which include `through_others`
     root_of_discriminant = np.sqrt(float(discriminant.abs_upper()))
     by_discriminant = (root_of_discriminant + errors[0, 0] + errors[1, 1]) / 2.0
     largest = min(by_coupling, by_discriminant) * (1.0 + 8.0 * EPS)

@@ -127,8 +127,8 @@ def _intervals_of(
 ) -> list[Interval]:
     """Disjoint intervals within the range that hold the crossings, ascending.
 
-    Intervals of crossings that overlap are merged. share: by which share of the value of a crossing
-    its interval is widened to either side.
+    The interval of each crossing is widened to either side by a margin, see `_margin` also for
+    `share`; those that overlap then are merged.
     """
     widened: list[Interval] = []
     for crossing in crossings:
@@ -148,7 +148,7 @@ def _intervals_of(
 
 
 def _margin(interval: Interval, low: float, high: float, share: float) -> float:
-    """A share of the value of a crossing, but at least of a thousandth of the range."""
+    """A share of the value of a crossing, or of a thousandth of the range if that is greater."""
     start, stop = interval
     return share * max(abs(start), abs(stop), 1e-3 * (high - low))
 

@@ -212,11 +212,13 @@ def _moves(report: Findings) -> Table:
 
 
 def _effects(derivatives: Sensitivity, index: int) -> dict[str, float]:
-    """What a small step of each parameter adds to a quantity, without what is noise beside the
-    largest effect.
+    """What a small step of each parameter adds to a growth rate, or to a threshold.
 
-    index: of the quantity among the derivatives: of a root, whose real part is meant, or 0 of a
-    threshold.
+    Left out are parameters without a step, since they are zero and have a unit, and effects that
+    are noise beside the largest one.
+
+    index: of the growth rate the number of its root among the derivatives, of which the real part
+    is taken; of a threshold 0, since its derivatives hold one number each.
     """
     effects = {}
     for name, slopes in derivatives.slopes.items():
@@ -224,7 +226,7 @@ def _effects(derivatives: Sensitivity, index: int) -> dict[str, float]:
         if step:
             effects[name] = step * float(slopes[index].real)
     largest = max(filter(math.isfinite, map(abs, effects.values())), default=0.0)
-    # by `not <=` NaN stays
+    # `not <=` instead of `>`, so that effects that are NaN stay
     return {name: x for name, x in effects.items() if not abs(x) <= NOISE * largest}
 
 

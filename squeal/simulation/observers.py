@@ -171,11 +171,14 @@ class Grid:
         counted_steps: np.ndarray,
         begin: np.ndarray,
     ) -> np.ndarray:
-        """Greatest value (n,) of a signal in each motion.
+        """Greatest value (n,) of a signal in each motion, from a time `begin` of each on.
+
+        A peak between two samples counts too if it lies before `begin` by no more than the widest
+        distance of samples: the first sample that counts may stand on its falling side.
 
         counted_samples (k, s): its values at all samples, NaN at those that do not count;
-        counted_steps (k, s): the same, NaN only in steps of which no sample counts; begin (s,): the
-        time from which on peaks count.
+        counted_steps (k, s): the same, NaN only in steps of which no sample counts; begin (s,): of
+        the motion of each step the time before which samples do not count.
         """
         motion = self.steps.motion
         highest = np.fmax.reduce(counted_samples)
@@ -183,9 +186,7 @@ class Grid:
         greatest = np.fmax.reduceat(highest, self.first_steps)
         peaks = self.peaks(signal, counted_steps, greatest[motion])
         step = peaks.step
-        # `begin` may be the sample just after a peak that belongs to it: peaks count from one
-        # distance of samples before `begin` on
-        widest = np.diff(self.shares).max()
+        widest = np.diff(self.shares).max()  # distance of samples, as a share of a step
         counts = self.steps.t[step] + self.steps.h[step] * (peaks.share + widest) >= begin[step]
         np.fmax.at(greatest, motion[step[counts]], peaks.value[counts])
         return greatest

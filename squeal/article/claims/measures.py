@@ -129,7 +129,8 @@ def equilibria(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None)
     if start is not None:
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu
-    # touching=None: the contact state is that of the gaps, in each step
+    # touching=None: each step takes the contact state of the gaps; a pad that touches nowhere is
+    # taken as in full contact, which pulls it back to the surface
     z, _, reached = statics.solve_balance(z, touching=None, passes=10)
     q = statics.q(z)
     gaps = np.where(reached, statics.gaps(z), math.nan)
