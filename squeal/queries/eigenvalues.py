@@ -60,7 +60,7 @@ def eigenvalues(
     memory : float, optional
         Bytes that may be used; left out, what is free.
     progress : callable, optional
-        Called with a line for each step of long work.
+        Called with a line for each step of long work on a system; with a scene it is never called.
     look : Sweep, optional
         A sweep by the method modal (a first look) over this value: of more than 400 rows the roots
         are those of its reduced system, and nothing is certified.

@@ -44,16 +44,18 @@ def map(
     subject, band, memory, progress, workers
         As `sweep` takes them.
     axes : (Axis, Axis), optional
-        The parameters with their ranges; left out, both spring angles of a scene from 0 to pi.
+        Two different parameters with their ranges. A system needs them; left out, they are both
+        spring angles of a scene from 0 to pi.
     quantity : {"critical-friction", "growth", "frequency"}, optional
-        A number beside the verdict, of scenes.
+        A number beside the verdict, of scenes. Beside that of a system the largest growth rate
+        always stands.
     curves : bool
         Whether the curves on which stability is lost are located too, of scenes.
 
     Returns
     -------
     Map
-        Codes (n1, n2) of verdicts, and shares of the area.
+        Codes (n1, n2) of verdicts, and the share of the points that each verdict has.
 
     Examples
     --------
@@ -90,7 +92,9 @@ def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None) -> Map
 
     system = analysis.system
     selection = analysis.selection
-    if axes is None or axes[0].name == axes[1].name:
+    if axes is None:
+        raise InputError(f"{system.name}: axes: missing; the map of a system needs two parameters")
+    if axes[0].name == axes[1].name:
         raise InputError(f"{system.name}: axes: must be two different parameters, by name")
     refuse_without_effect(analysis.file, [axis.name for axis in axes], Place("map", "axes"))
     reduction = None

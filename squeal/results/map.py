@@ -99,7 +99,10 @@ class Map(Answer):
 
     @property
     def share(self) -> dict[str, float]:
-        """Share of the area for each verdict."""
+        """Share of the points that each verdict has, each point the middle of a cell of its own.
+
+        It approximates the verdict's share of the area, of a logarithmic axis as it is drawn.
+        """
         counts = np.bincount(self.codes.ravel(), minlength=len(self.verdicts))
         shares = counts / self.codes.size
         return dict(zip(self.verdicts, shares.tolist(), strict=True))

@@ -67,6 +67,7 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: api.map(SCENE, 3), "axes"),
     (lambda: api.map(SCENE, (("mu", 0, 1, 3), AXES[1])), "axes"),
     (lambda: api.map(SCENE, AXES[:1]), "axes"),
+    (lambda: api.map(S), "axes: missing; the map of a system needs two parameters"),
     # systems
     (lambda: api.System([[1, 2], [3]], K=K), "M: "),
     (lambda: api.System([["a"]], K=K), "M: "),
