@@ -126,3 +126,17 @@ def test_the_slowest_and_the_fastest_motion_are_known_however_far_apart_they_are
     rates = motion_rates(system_of(np.eye(2), C if damping else None, np.array(K)), {})
     assert rates.slowest == pytest.approx(float(min(exact)))
     assert rates.fastest == pytest.approx(float(max(exact)))
+
+
+@pytest.mark.parametrize("damping", [1e9, 1e14])
+def test_rounding_of_a_fast_decay_hides_neither_the_slowest_motion_nor_oscillation(damping):
+    """A slow decay, an oscillation, and a decay that is decades faster, all coupled."""
+    M = np.eye(2)
+    C = np.array([[damping, 1.0], [-1.0, 1e-3]])
+    K = np.array([[1.0, 0.2], [0.1, 1.0]])
+    exact = exact_damped(M, C, K)
+    oscillations = [abs(root) for root in exact if abs(root.imag) > 1e-3 * abs(root)]
+    rates = motion_rates(system_of(M, C, K), {})
+    assert rates.slowest == pytest.approx(float(min(map(abs, exact))), rel=1e-8, abs=0.0)
+    assert rates.slowest_oscillation == pytest.approx(float(min(oscillations)), rel=1e-4)
+    assert rates.fastest == pytest.approx(float(max(map(abs, exact))))

@@ -68,6 +68,11 @@ def roots_of_all(
     return roots[ordered(roots)]
 
 
+HIDDEN = 1e-4
+"""Of the fastest motion: rounding may move slower ones by more than it shows. It moves a fourfold
+defective root by EPS^(1/4) of the fastest."""
+
+
 class MotionRates(NamedTuple):
     """|lambda|, rad/s, of the slowest motion that is not free, of the slowest oscillation (of the
     slowest motion if nothing oscillates) and of the fastest motion; 0 if all motions are free."""
@@ -81,7 +86,12 @@ def motion_rates(system: TermSystem, changes: Parameters) -> MotionRates:
     """How fast the slowest and the fastest motions of a small system are.
 
     Each strong component (rows that depend on one another) is solved by itself, so that rounding
-    of a stiff or strongly damped component hides no slow motion of another component.
+    of a stiff or strongly damped component hides no slow motion of another component. Within a
+    component rounding moves each root by about EPS fastest, so that slow ones may be noise. The
+    reversed problem, with M and K exchanged, has the roots 1 / lambda. Rounding moves those by
+    about EPS / slowest, so that fast ones may be noise. Of both problems the relative errors of a
+    root, EPS fastest / |lambda| and EPS |lambda| / slowest, are equal where
+    |lambda|^2 = slowest fastest: slower roots are taken from the reversed problem.
 
     Parameters
     ----------
@@ -103,16 +113,32 @@ def motion_rates(system: TermSystem, changes: Parameters) -> MotionRates:
         if not M[block].any() and (damping is None or not damping.any()):
             continue  # springs alone have no roots
         roots = dense_values(M[block], damping, K[block])
-        fastest = float(np.abs(roots).max(initial=fastest))
-        if not roots.all() and is_regular(K[block]):
-            # rounding of fast motions hides slow ones; the reversed problem has roots 1 / lambda,
-            # of which rounding hides the fast ones
-            inverses = dense_values(K[block], damping, M[block])
-            roots = 1.0 / inverses[inverses != 0.0]
         sizes = np.abs(roots)
+        fastest_here = float(sizes.max(initial=0.0))
+        fastest = max(fastest, fastest_here)
+        if np.any(sizes <= HIDDEN * fastest_here) and is_regular(K[block]):
+            inverses = dense_values(K[block], damping, M[block])
+            roots = _more_exact_of(roots, 1.0 / inverses[inverses != 0.0])
+            sizes = np.abs(roots)
         rounding = assumed_rounding(roots, is_undamped(M[block], damping, K[block]))
         oscillates = np.abs(roots.imag) > rounding
         oscillating += sizes[oscillates].tolist()
         moving += sizes[sizes > 0.0].tolist()
     slowest = min(moving, default=0.0)
     return MotionRates(slowest, min(oscillating, default=slowest), fastest)
+
+
+def _more_exact_of(roots: ComplexArray, reversed_roots: ComplexArray) -> ComplexArray:
+    """Roots (m,), the slower ones replaced by those of the reversed problem (see `motion_rates`).
+
+    Roots of equal rank by size are one root, computed in two ways. Where the product of both sizes
+    is at most slowest fastest, that of the reversed problem has the smaller error.
+
+    reversed_roots: those of the reversed problem, in rad/s, the fastest possibly left out.
+    """
+    direct = roots[np.argsort(np.abs(roots))]
+    others = reversed_roots[np.argsort(np.abs(reversed_roots))][: len(direct)]
+    products = np.abs(direct[: len(others)]) * np.abs(others)
+    is_slow = products <= np.abs(others[0]) * np.abs(direct[-1])
+    direct[: len(others)][is_slow] = others[is_slow]
+    return direct
