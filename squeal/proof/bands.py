@@ -49,7 +49,8 @@ def prove_modes(
     Raises
     ------
     ValueError
-        Unless the matrices are real, square, finite and of one size, and 0 <= low < high.
+        Unless the matrices are real, square, finite, of one size and of at least 3 rows, and
+        0 <= low < high.
 
     Examples
     --------

@@ -91,20 +91,24 @@ def prove_band(
     Parameters
     ----------
     M, C, K : sparse or dense (n, n)
-        Real matrices, exact as given; M symmetric and positive definite, C None without damping.
+        Real matrices, exact as given, n at least 3; M symmetric and positive definite, C None
+        without damping.
     radius : float
         The band, rad/s.
     core : int
-        How many eigenvalues of K - s M are computed, at most n - 2.
+        How many eigenvalues of K - s M are computed, at least 1; n - 2 if it is larger than that.
 
     Raises
     ------
     ValueError
-        Unless the matrices are real, square and finite, of one size, and radius is positive.
+        Unless the matrices are real, square and finite, of one size, of at least 3 rows, radius is
+        positive and finite, and core is at least 1.
     """
     mass, damping, stiffness = _checked_matrices(M, C, K)
     if not (np.isfinite(radius) and radius > 0.0):
-        raise ValueError(f"radius: {radius} must be positive")
+        raise ValueError(f"radius: {radius} must be positive and finite")
+    if core < 1:
+        raise ValueError(f"core: {core} must be at least 1")
     with np.errstate(all="ignore"):
         try:
             return _prove(mass, damping, stiffness, float(radius), core)
@@ -123,6 +127,8 @@ def _checked_matrices(
     damping = csc_array(mass.shape) if C is None else csc_array(C)
     given = [mass, damping, csc_array(K)]
     n = mass.shape[0]
+    if n < 3:
+        raise ValueError(f"matrices: {n} rows; at least 3 are required")
     for A in given:
         if A.shape != (n, n) or A.dtype.kind not in "biuf" or not np.isfinite(A.data).all():
             raise ValueError(
@@ -231,7 +237,8 @@ def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats
     """Real bases X and Y (n, k) of right and left vectors of K - s M.
 
     The proof holds for any bases. These span the vectors of the eigenvalues of smallest absolute
-    value; the cut lies at the widest relative gap in the last quarter of those computed.
+    value; the cut lies at the widest relative gap in the last quarter of those computed. All are
+    taken if they are too few for a gap there.
     """
     count = min(core, M.shape[0] - 2)
     shift = -0.01 * radius**2  # left of zero, where free bodies leave K - s M regular
@@ -240,7 +247,9 @@ def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats
     sizes = np.abs(right.values)
     last_quarter = 3 * count // 4
     gaps = sizes[last_quarter + 1 :] / sizes[last_quarter:-1]
-    cut = last_quarter + int(np.argmax(gaps)) + 1
+    cut = count
+    if len(gaps):
+        cut = last_quarter + int(np.argmax(gaps)) + 1
     scale = np.sqrt(M.diagonal())[:, None]
     X = _real_basis(right, cut, scale)
     Y = _real_basis(left, cut, scale)

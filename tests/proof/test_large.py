@@ -170,3 +170,19 @@ def test_what_cannot_be_proved_says_why():
         prove_band(M, None, K[:5], radius=1.0)
     with pytest.raises(ValueError, match="complex"):
         prove_band(M, None, K * 1j, radius=1.0)
+    with pytest.raises(ValueError, match="finite"):
+        prove_band(M, None, K, radius=np.inf)
+    with pytest.raises(ValueError, match="core: 0"):
+        prove_band(M, None, K, radius=1.0, core=0)
+    with pytest.raises(ValueError, match="2 rows"):
+        prove_band(np.eye(2), None, np.eye(2), radius=1.0)
+
+
+@pytest.mark.parametrize(("rows", "core"), [(3, 100), (4, 100), (6, 100), (8, 1), (8, 4), (8, 5)])
+def test_few_rows_and_a_small_core_serve_too(rows, core):
+    """Springs of 1 N/m and of 1e4 N/m and more on 1 kg each, without coupling."""
+    squares = np.array([1.0, *np.linspace(1e4, 2e4, rows - 1)])
+    frequencies = np.sqrt(squares)
+    roots = np.concatenate([1j * frequencies, -1j * frequencies])
+    proof = prove_band(np.eye(rows), None, np.diag(squares), radius=3.0, core=core)
+    assert_holds(proof, roots)

@@ -69,8 +69,8 @@ def roots_of_all(
 
 
 HIDDEN = 1e-4
-"""Of the fastest motion: rounding may move slower ones by more than it shows. It moves a fourfold
-defective root by EPS^(1/4) of the fastest."""
+"""Share of the fastest motion below which rounding may hide a motion: it moves a fourfold defective
+root by EPS^(1/4) of the fastest."""
 
 
 class MotionRates(NamedTuple):
