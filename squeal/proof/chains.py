@@ -59,7 +59,7 @@ class Chain:
         """
         best = np.zeros(N.shape, dtype=int)
         smallest_radius = np.inf
-        for exponent in range(FINEST):
+        for exponent in range(FINEST + 1):
             falls = np.zeros(len(N), dtype=int)  # column j is scaled by 2^-falls[j]
             falls[self.members] = exponent * self.levels
             shifts = falls[:, None] - falls  # entry (i, j) times t^(level of j - level of i)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from squeal.proof.balls import Balls, Quadratic, half_widths
+from squeal.proof.chains import FINEST, Chain
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Failure, growing_of
 from squeal.proof.ranges import bounds_between
@@ -161,3 +162,10 @@ def test_two_equal_roots_without_a_coupling_are_no_obstacle():
     stiffness = [Term(np.diag([4.0, 4.0, 9.0])), Term(1e-3 * coupling, lambda mu: mu)]
     terms = Terms([Term(np.eye(3))], [], stiffness)
     assert not bounds_between(terms, -1e-6, 1e-6, rate=1e-6).doubtful
+
+
+def test_the_finest_scaling_of_a_chain_is_tried():
+    """Of a matrix with the strict part alone each halving of t halves the radius."""
+    chain = Chain(np.arange(2), np.eye(2), levels=np.array([0, 1]))
+    shifts = chain.shifts(np.array([[0.0, 1.0], [0.0, 0.0]]))
+    assert shifts.tolist() == [[0, -FINEST], [FINEST, 0]]
