@@ -13,6 +13,7 @@ from squeal.article.report.tables import horizons as horizon_table
 from squeal.article.studies import _independent
 from squeal.article.studies.extreme import UPRIGHT, bounce_times
 from squeal.article.studies.horizon import first_excess, sentences, study
+from squeal.errors import ComputationError
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
@@ -47,6 +48,27 @@ def test_the_second_method_bounces_as_the_closed_form_says():
     start = np.array([0.0, height, 0.0, 0.0, 0.0, 0.0])
     found = _independent.motion("B1", pad, start, np.array([1.01 * expected[-1]]))
     assert np.abs(found.times[: len(expected)] - expected).max() < 1e-13 * expected[-1]
+
+
+def test_the_second_method_stops_at_the_first_contact_change_too_many(monkeypatch):
+    pad = Pad(**UPRIGHT)
+    height = 10.0 * pad.F_n / (pad.k1 + pad.k2)
+    expected = bounce_times(pad, height, 3)
+    start = np.array([0.0, height, 0.0, 0.0, 0.0, 0.0])
+    stop = np.array([1.01 * expected[-1]])
+    changes = len(_independent.motion("B1", pad, start, stop).times)
+    assert len(_independent.motion("B1", pad, start, stop, most=changes).times) == changes
+    switched = []
+    switch = _independent._Run._switch
+
+    def counted(run, point):
+        switched.append(point)
+        switch(run, point)
+
+    monkeypatch.setattr(_independent._Run, "_switch", counted)
+    with pytest.raises(ComputationError, match="more than 1 contact changes"):
+        _independent.motion("B1", pad, start, stop, most=1)
+    assert len(switched) == 2
 
 
 @needs_heyoka

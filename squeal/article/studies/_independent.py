@@ -413,9 +413,14 @@ class _Run:
             time = next_time
         return _ContactChange(time, reached.state, point)
 
-    def advance(self, stop: float) -> None:
-        """Go on to a time, through any contact changes."""
+    def advance(self, stop: float, most: int) -> None:
+        """Go on to a time, through at most so many contact changes since the time 0.
+
+        Raises ComputationError if there are more.
+        """
         while True:
+            if len(self.changes) > most:
+                raise ComputationError(f"more than {most} contact changes")
             remaining = (stop - self.t) - self.behind
             if remaining <= 1e-15 * stop:
                 return
@@ -506,17 +511,15 @@ def motion(
 ) -> Motion:
     """The motion of a pad of model B1 or B2 at rising times from 0, in SI units.
 
-    initial (6,): x, y, theta and their rates; most: how many contact changes are allowed, after
-    which ComputationError is raised.
+    initial (6,): x, y, theta and their rates; most: how many contact changes are allowed; the next
+    one raises ComputationError.
     """
     run = _Run(name, pad, np.asarray(initial))
     states = []
     for t in times:
-        run.advance(float(t))
+        run.advance(float(t), most)
         z, angle, v, r = run.state
         states.append([z.real, z.imag, angle, v.real, v.imag, r])
-        if len(run.changes) > most:
-            raise ComputationError(f"more than {most} contact changes")
     change_times = np.array([t for t, _ in run.changes])
     points = np.array([point for _, point in run.changes], dtype=int)
     return Motion(np.array(states), change_times, points, run.equations.count)
