@@ -5,6 +5,7 @@ the next which root is which.
 """
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -26,6 +27,8 @@ from squeal.linear.steps import ROOT_TOLERANCE, Step, closest_pairs, squared_end
 from squeal.linear.thresholds import Thresholds
 
 Indices = NDArray[np.intp]
+SAME_ROOT = 1e-6
+"""Two roots within this share of |lambda| are one root, computed in two ways."""
 
 
 def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
@@ -369,14 +372,26 @@ def unstable_modes(
     modes = growing(complex_eigenvalues(*matrices_at(system, mu)).eigenvalues)
     if result is None or not modes:
         return modes
+    return with_onsets(modes, result, mu, tolerance=math.inf)
+
+
+def with_onsets(
+    modes: Sequence[UnstableMode], result: Thresholds, mu: float, tolerance: float
+) -> tuple[UnstableMode, ...]:
+    """Modes that grow at mu with their onsets, each that of the nearest root on the paths.
+
+    result: as `unstable_modes` takes it. The onset stays None where no root on the paths is within
+    the tolerance, a share of |lambda|.
+    """
     on_paths = list(onsets(result, mu))
-    if not on_paths:
-        return modes
-    with_onsets = []
+    completed = []
     for mode in modes:
-        nearest = min(on_paths, key=lambda onset: abs(onset.root - mode.root))
-        with_onsets.append(replace(mode, onset=nearest.mu))
-    return tuple(with_onsets)
+        onset = None
+        nearest = min(on_paths, key=lambda other: abs(other.root - mode.root), default=None)
+        if nearest is not None and abs(nearest.root - mode.root) <= tolerance * abs(mode.root):
+            onset = nearest.mu
+        completed.append(replace(mode, onset=onset))
+    return tuple(completed)
 
 
 class Onset(NamedTuple):

@@ -9,7 +9,9 @@ import numpy as np
 
 from squeal.io.scene import Scene
 from squeal.io.writing import number
-from squeal.linear import Matrices, UnstableMode, thresholds, unstable_modes
+from squeal.linear import Matrices, Spectrum, UnstableMode, thresholds
+from squeal.linear.eigen import Eigenvalue, growing
+from squeal.linear.paths import SAME_ROOT, with_onsets
 from squeal.queries.options import Band, Modes, Progress, Region, Subject, Workers, refuse_options
 from squeal.queries.pads.equilibrium import (
     MATRIX_DIGITS,
@@ -127,12 +129,14 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
         statement = Statement("counted", "count")
     elif analysis.errors is None:  # it is not known how precise the matrices are: `doubt` says why
         statement = Statement("open", by=None, reason=analysis.doubt)
-    else:  # the referee may replace roots, and decide what rounding left open
+    else:
+        # the referee may replace roots, and decide what rounding left open; the shapes and the
+        # unstable modes below are those of its roots
         roots, (verdict, criterion), statement = refereed(
             analysis.matrices, roots, (verdict, criterion), data_of_pad(scene, analysis)
         )
     # theta in rad times w is a length, as x and y
-    shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, scene.pad.w))
+    shapes = mode_shapes(Spectrum(roots), (1.0, 1.0, scene.pad.w))
     return Eigenvalues(
         name=scene.model,
         parameter="mu",
@@ -140,7 +144,7 @@ def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
         eigenvalues=roots,
         verdict=verdict,
         criterion=criterion,
-        unstable=_unstable_modes(scene, analysis),
+        unstable=_unstable_modes(scene, analysis, roots),
         certified=statement.status == "proved",
         count=len(roots),  # M is regular: all roots of the characteristic polynomial
         shapes=shape_rows(shapes, list(COORDINATES), "largest of x, y, w theta 1 m"),
@@ -202,16 +206,17 @@ def _equilibrium_in_words(analysis: PadAnalysis) -> str:
     return f"{text}\n({analysis.how})"
 
 
-def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, ...]:
-    """The unstable modes of an analysed scene, the fastest first, with the mu of their onset.
+def _unstable_modes(
+    scene: Scene, analysis: PadAnalysis, roots: Sequence[Eigenvalue]
+) -> tuple[UnstableMode, ...]:
+    """The growing modes among the roots of a scene, the fastest first, with the mu of their onset.
 
     Onsets are the thresholds along the branch of equilibria that begins at mu = 0. An onset is None
     where the mode grows without friction already, or where the equilibrium does not lie on that
-    branch or lies beyond a fold of it.
+    branch or lies beyond a fold of it, and where no eigenvalue path ends at the mode.
     """
-    matrices = analysis.matrices
     mu = scene.pad.mu
-    unstable = unstable_modes(lambda _mu: matrices, mu)  # without thresholds: no onsets
+    unstable = growing(roots)
     if not unstable or mu == 0.0 or not analysis.on_branch:
         return unstable
     matrices_of_branch, path = branch_system(scene, mu)
@@ -223,7 +228,7 @@ def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, 
 
     def on_branch(value: float) -> Matrices:
         """M, C, K at a value of mu. At the scene's mu they are exactly the analysed ones, so that
-        the modes are the same."""
-        return matrices if value == mu else matrices_of_branch(value)
+        the paths end at the modes."""
+        return analysis.matrices if value == mu else matrices_of_branch(value)
 
-    return unstable_modes(on_branch, mu, thresholds(on_branch, mu, breakpoints))
+    return with_onsets(unstable, thresholds(on_branch, mu, breakpoints), mu, SAME_ROOT)

@@ -6,6 +6,10 @@ import numpy as np
 import pytest
 
 import squeal
+from squeal.io.scene import Scene, read_scene
+from squeal.model.pad import Pad
+from squeal.queries.systems import proofs
+from tests.conftest import ROOT
 
 COUPLED = [[1.0, -3.0], [-3.0, -2e6]]
 # M, C, K, the number of growing modes, and the fastest root: of a row alone, whose coupling to the
@@ -126,3 +130,31 @@ def test_an_infinite_root_that_rounding_made_finite_is_no_divergence(mu):
     assert found.verdict in (None, "marginal")
     (step,) = squeal.sweep(system, [mu]).steps
     assert step.verdict in (None, "marginal")
+
+
+def test_shapes_of_a_pad_are_those_of_the_replaced_roots():
+    """k4 is 10 decades above the other springs: the solver misses frequencies by a hundredth."""
+    pad = Pad(
+        m=3.62e-5, w=0.04, h=0.014, k1=8.7e6, k2=2.6e7, k3=8.7e6, k4=9.18e16, L1=0.8, L2=0.8,
+        alpha1=np.pi / 2, alpha2=np.pi, mu=0.925, F_n=4500.0,
+    )  # fmt: skip
+    found = squeal.eigenvalues(Scene("B1", pad))
+    listed = [root.frequency_hz for root in found.eigenvalues if root.value.imag > 0.0]
+    assert found.proof["status"] == "proved"
+    assert [shape["frequency_hz"] for shape in found.shapes["shapes"]] == listed
+
+
+def test_unstable_modes_of_a_pad_are_those_of_the_replaced_roots(monkeypatch):
+    scene = read_scene(ROOT / "workflow/scenes/b2-c.yaml")
+    (mode,) = squeal.eigenvalues(scene).unstable
+    assert mode.onset is not None
+    refereed = proofs.refereed
+
+    def with_other_roots(matrices, roots, judged, data):
+        moved = tuple(replace(root, value=root.value * 1.01) for root in roots)
+        return refereed(matrices, roots, judged, data)._replace(roots=moved)
+
+    monkeypatch.setattr(proofs, "refereed", with_other_roots)
+    (moved,) = squeal.eigenvalues(scene).unstable
+    assert moved.root == pytest.approx(1.01 * mode.root)
+    assert moved.onset is None  # no eigenvalue path ends there

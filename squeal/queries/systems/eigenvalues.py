@@ -11,7 +11,7 @@ from squeal.linear import Spectrum, UnstableMode
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense
-from squeal.linear.paths import onsets
+from squeal.linear.paths import SAME_ROOT, with_onsets
 from squeal.linear.system import System
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.band_proof import with_band_proof
@@ -37,8 +37,6 @@ ONSET_ROWS = 40
 """Up to so many rows the onset of each unstable mode is computed."""
 SHOWN_ROWS = 100
 """Matrices and mode shapes of systems with more rows are not printed."""
-SAME = 1e-6
-"""Two roots within this share of |lambda| are one root, computed in two ways."""
 
 
 def system_eigenvalues(
@@ -280,14 +278,7 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     if not (unstable and has_paths):
         return unstable
     try:
-        on_paths = list(onsets(linear_thresholds(system.balanced, value), value))
+        paths = linear_thresholds(system.balanced, value)
+        return with_onsets(unstable, paths, value, SAME_ROOT)
     except InputError:  # no paths, as where a factor divides by the parameter
         return unstable
-    with_onsets = []
-    for mode in unstable:
-        onset = None
-        nearest = min(on_paths, key=lambda other: abs(other.root - mode.root), default=None)
-        if nearest is not None and abs(nearest.root - mode.root) <= SAME * abs(mode.root):
-            onset = nearest.mu
-        with_onsets.append(replace(mode, onset=onset))
-    return tuple(with_onsets)
