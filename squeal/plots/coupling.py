@@ -53,7 +53,8 @@ def mark_events(
 ) -> None:
     """Draw verticals through both panels, with upright labels in the lower one.
 
-    A label stands to the left of its line; to the right where an earlier label leaves no room.
+    A label ends at its line, on the left. Where the start of the axis or the label before it leaves
+    no room there, it begins at its line, on the right, or where the label before it ends.
 
     Parameters
     ----------
@@ -65,19 +66,22 @@ def mark_events(
     width = LABEL * reach  # of a label, in units of mu
     labelled_up_to = low  # the right end of the last label
     for mu, label, line in events:
+        # gid: the name of the line in an SVG file
         for axes in (upper, lower):
             axes.axvline(mu, color="k", linewidth=0.7, linestyle=line, zorder=0, gid=label)
         if mu - labelled_up_to > width:  # the label ends at the line
             offset = -2.0
             alignment = "right"
+            position = mu
             labelled_up_to = mu
-        else:  # it begins there
+        else:  # it begins there, or further to the right
             offset = 2.0
             alignment = "left"
-            labelled_up_to = mu + width
+            position = max(mu, labelled_up_to)
+            labelled_up_to = position + width
         lower.annotate(
             label,
-            (mu, 0.96),
+            (position, 0.96),
             (offset, 0.0),
             ha=alignment,
             rotation=90,

@@ -1,10 +1,20 @@
 """The figure of modes over a parameter shows what it is given: thresholds, growing modes, units."""
 
+import itertools
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import squeal
-from squeal.plots.coupling import _draw_modes, _panels, _Roots, sweep_drawing
+from squeal.plots.coupling import (
+    LABEL,
+    _draw_modes,
+    _panels,
+    _Roots,
+    mark_events,
+    sweep_drawing,
+)
 
 
 def artists(figure, gid):
@@ -78,3 +88,17 @@ def test_the_axis_of_growth_follows_what_grows():
         _, locus, lower, _ = sweep_drawing("three", squeal.sweep(triple, values)).figure.axes
         assert lower.get_ylim()[1] == pytest.approx(1.1 * largest, rel=0.2)
         assert locus.get_xlim() == lower.get_ylim()
+
+
+@pytest.mark.parametrize("values", [(0.30, 0.31, 0.33), (0.05, 0.06), (0.2, 0.5), (0.5, 0.5, 0.5)])
+def test_labels_of_events_do_not_overlap(values):
+    figure = Figure()
+    upper, lower = figure.subplots(2, 1)
+    mark_events([(mu, "partial", ":") for mu in values], upper, lower)
+    intervals = []
+    for text in lower.texts:
+        at, _ = text.xy
+        intervals.append((at - LABEL, at) if text.get_ha() == "right" else (at, at + LABEL))
+    assert intervals[0][0] >= 0.0
+    for (_, end), (begin, _) in itertools.pairwise(intervals):
+        assert begin >= end
