@@ -19,8 +19,10 @@ from squeal.linear.damping import damped
 from squeal.linear.system import TermSystem, without_supports
 from squeal.linear.terms import Term, sum_of_terms
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems import sensitivity
 from squeal.queries.systems.matrices import write_components, write_system
 from squeal.queries.systems.sensitivity import with_matrices
+from squeal.queries.systems.system_analysis import SystemAnalysis
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*no matrix depends on")
 FORMATS = ("mtx", "npz", "mat")
@@ -402,6 +404,27 @@ def test_what_reduced_components_of_few_digits_leave_open_holds_both_errors():
     low, high = crossing.interval
     assert low < threshold.mu < high < low + 0.2
     assert "the reduction and the digits of the matrices leave open, to first order" in str(located)
+
+
+@pytest.mark.parametrize(
+    ("digits", "reduced", "causes"),
+    [
+        (None, True, "the reduction"),
+        (3, False, "the digits of the matrices"),
+        (3, True, "the reduction and the digits of the matrices"),
+    ],
+)
+def test_a_threshold_that_may_move_by_an_unknown_distance_says_why(
+    monkeypatch, digits, reduced, causes
+):
+    monkeypatch.setattr(sensitivity, "_shift", lambda *_: np.inf)
+    K = np.array([[2470.0, -1230.0, 0.0], [-1230.0, 3470.0, -1230.0], [0.0, -1230.0, 4470.0]])
+    chain = bonded_chain(K, digits, reduced)
+    file = SystemAnalysis.of(chain).file
+    counted = replace(squeal.thresholds(chain, 2.0, prove=False), certified=True)
+    answer = sensitivity.widened(file, file.system, counted)
+    assert not answer.certified
+    assert answer.details["doubts"][0] == f"how far {causes} may move a threshold is not known"
 
 
 def test_errors_of_a_file_are_no_less_than_its_own_digits(tmp_path):

@@ -43,7 +43,6 @@ NEAR = 1e-6
 """The relative distance within which a root has to lie from the point where it is said to cross."""
 ROUNDED = 1e-12
 """Of the sizes of its terms: up to it y^H K x is zero to rounding, so that a root is zero."""
-BY_DIGITS = "how far the digits of the data may move a threshold is not known"
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
@@ -300,8 +299,9 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     """Widen the interval of each threshold by how far it may move, to first order; a note says so.
 
     The reduction of components may move it, and what the digits of data leave open. Where the
-    distance is not known, as where several modes cross at once, the interval becomes the whole
-    range, and the thresholds are no longer certified. Proved thresholds keep their intervals, which
+    distance is not known, as where several modes cross at once or above the cutoff of reduced
+    components, the interval becomes the whole range, and the thresholds are no longer certified.
+    Proved thresholds keep their intervals, which
     hold for all data within the digits.
     """
     assembly = file.assembly
@@ -322,7 +322,7 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     scaled = ScaledSystem(system)
 
     def widened_one(located: Located) -> Located:
-        distance = math.inf  # where several modes cross at once
+        distance = math.inf  # of several modes that cross at once `_shift` gives none
         with suppress(ComputationError):
             omega = 2 * np.pi * located.frequency_hz
             distance = _shift(scaled, assembly if basis else None, located.mu, omega)
@@ -333,10 +333,12 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     points = tuple(map(widened_one, answer.points))
     crossings = tuple(map(widened_one, answer.crossings))
     certified = answer.certified
+    # crossings alone are tested: each point of a certified answer is a crossing, too
     whole_range = (answer.low, answer.high)  # the interval where the distance is infinite
     if certified and any(crossing.interval == whole_range for crossing in crossings):
         certified = False
-        details = details | {"doubts": [BY_DIGITS, *answer.doubts]}
+        doubt = f"how far {digits_of_files(file)} may move a threshold is not known"
+        details = details | {"doubts": [doubt, *answer.doubts]}
     return replace(answer, points=points, crossings=crossings, certified=certified, details=details)
 
 
