@@ -52,10 +52,7 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
     parameters = system.parameters
     errors = []
     for terms in system.parts:
-        active = []  # terms that are not zero for certain
-        for term in terms:
-            if term.factor.value(parameters) or _error_of_factor(term, parameters):
-                active.append(term)
+        active = _terms_not_zero(terms, parameters)
         is_real = all(_is_real(term, parameters) for term in active)
         total = np.zeros((system.n, system.n))
         error = np.zeros((system.n, system.n))
@@ -76,6 +73,30 @@ def rounding_of_sums(system: System) -> tuple[Array, Array, Array]:
                 error += np.abs(product_error)
         errors.append(error * (1.0 + 8.0 * EPS))  # the errors themselves are rounded
     return errors[0], errors[1], errors[2]
+
+
+def _terms_not_zero(terms: Sequence[Term], parameters: Parameters) -> list[Term]:
+    """The terms that are not zero for certain: their factor is not 0, or rounding made it 0."""
+    active = []
+    for term in terms:
+        if term.factor.value(parameters) or _error_of_factor(term, parameters):
+            active.append(term)
+    return active
+
+
+def are_symmetric(system: System, terms: Sequence[Term], sign: int = 1) -> bool:
+    """Whether each of some terms of a system is symmetric (sign 1) or skew (sign -1).
+
+    A matrix that is symmetric in its file is taken for a symmetric one in truth, whose entries
+    (i, j) and (j, i) were rounded to the same digits. A sum of such terms stays symmetric within
+    its errors. Nothing ties the entries of different files to each other: of terms that are
+    symmetric in sum alone, such as two halves of K, the true sum need not be symmetric. A term that
+    is zero at the system's parameters adds nothing, and is left out.
+    """
+    for term in _terms_not_zero(terms, system.parameters):
+        if abs(term.matrix - sign * term.matrix.T).max() > 0.0:
+            return False
+    return True
 
 
 def _is_real(term: Term, parameters: Parameters) -> bool:
@@ -136,7 +157,7 @@ def _may_leave_axis(
 ) -> NDArray[np.bool_]:
     """Which roots (m,) of a real undamped system may leave the imaginary axis within their bounds.
 
-    A root leaves it through zero or where it meets another one. Where M and K are symmetric, that
+    A root leaves it through zero or where it meets another one. Where M and K stay symmetric, that
     other root must have the other sign of x^H M x (Krein's condition), as an indefinite M allows.
 
     Parameters
@@ -146,7 +167,7 @@ def _may_leave_axis(
     bounds : array (m,)
         How far each may move, rad/s.
     signs : array (m,), optional
-        Of x^H M x, where M and K are symmetric.
+        Of x^H M x, where M and K stay symmetric within their errors (`are_symmetric`).
     """
     distances = np.abs(values[:, None] - values)
     np.fill_diagonal(distances, np.inf)
@@ -205,7 +226,7 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
     may_leave_axis = np.ones(len(z), dtype=bool)  # with damping each root may
     if system.real and not norm_of(C):
         signs = None  # Krein's signs, which only symmetric matrices have
-        if all(abs(X - X.T).max() == 0.0 for X in (M, K)):
+        if are_symmetric(system, (*system.M, *system.K)):
             signs = np.sign(products(x, M, x).real)
         may_leave_axis = _may_leave_axis(z, bounds, signs)
     bounded_roots = []

@@ -175,7 +175,7 @@ def data_of_pad(scene: Scene, analysis: PadAnalysis) -> Data:
     # how far the entries of M, C and K may be off: by their error, but at least by their digits
     radii = tuple(np.maximum(error, half_widths(X, MATRIX_DIGITS)) for X, error in with_errors)
     # the entries (i, j) and (j, i) may be off by different errors: symmetry is not kept
-    return Data(MATRIX_DIGITS, radii, keeps_structure=False)
+    return Data(MATRIX_DIGITS, radii, keeps_symmetry=False, keeps_skew=False)
 
 
 def _details(analysis: PadAnalysis) -> dict[str, Any]:

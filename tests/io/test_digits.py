@@ -19,6 +19,7 @@ from squeal.io.matrices import precision_of_file, read_matrix
 from squeal.linear.precision import half_units
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
+from squeal.numerics.differentiation import Formula
 from squeal.proof.balls import half_widths
 from tests.data import free_structures
 
@@ -370,3 +371,53 @@ def test_mirrored_roots_of_complex_matrices_are_no_motions_within_digits(tmp_pat
     for prove in (True, False):
         found = squeal.eigenvalues(system, prove=prove)
         assert (found.verdict, found.unstable) == ("stable", ())
+
+
+LEFT = np.array([[1.25, 0.125], [0.375, 1.25]])
+RIGHT = np.array([[0.75, -0.125], [-0.375, 0.75]])  # the sum is 2 times the identity
+
+
+@pytest.mark.parametrize("prove", [True, False])
+def test_terms_of_few_digits_that_are_symmetric_in_sum_alone_leave_flutter_open(prove):
+    """Within six digits an entry of one may grow, and the mirrored one of the other shrink."""
+    terms = (Term(LEFT, digits=6), Term(RIGHT, digits=6))
+    found = squeal.eigenvalues(TermSystem((Term(np.eye(2)),), (), terms), prove=prove)
+    assert (found.verdict, found.certified) == (None, False)
+
+
+@pytest.mark.parametrize("prove", [True, False])
+def test_halves_of_few_digits_in_two_terms_leave_flutter_open(prove):
+    """Nothing says that the second term is the mirror image of the first one."""
+    upper = np.array([[2.25, 0.125], [0.0, 2.25]])
+    lower = np.array([[0.0, 0.0], [0.125, 0.0]])
+    uncoupling = np.array([[0.0, -0.125], [-0.125, 0.0]])  # exact: a double root is left
+    terms = (Term(upper, digits=6), Term(lower, digits=6), Term(uncoupling))
+    found = squeal.eigenvalues(TermSystem((Term(np.eye(2)),), (), terms), prove=prove)
+    assert (found.verdict, found.certified) == (None, False)
+
+
+@pytest.mark.parametrize("prove", [True, False])
+def test_a_double_root_of_symmetric_terms_of_few_digits_stays_on_the_axis(prove):
+    """Friction beside them does not matter while its coefficient is zero."""
+    one = Term(np.diag([1.25, 1.25]), digits=6)
+    other = Term(np.diag([0.75, 0.75]), digits=6)
+    friction = Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("mu"), digits=6)
+    known = TermSystem((Term(np.eye(2)),), (), (one, other, friction), {"mu": 0.0})
+    found = squeal.eigenvalues(known, prove=prove)
+    assert (found.verdict, found.certified) == ("marginal", prove)
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_a_double_root_of_rounded_sums_is_proved_beside_friction_that_is_zero(damped):
+    """A damper of another row does not matter either."""
+    coupled = np.eye(4)
+    coupled[:3, :3] += 1.0  # with the eigenvalues 1, 1 and 4
+    third = Term(coupled, Formula("1/3"))
+    seventh = Term(coupled, Formula("1/7"))
+    coupling = np.zeros((4, 4))
+    coupling[0, 1] = 1.0
+    friction = Term(coupling, Formula("mu"))
+    damper = Term(np.diag([0.0, 0.0, 0.0, 0.1 if damped else 0.0]))
+    known = TermSystem((Term(np.eye(4)),), (damper,), (third, seventh, friction), {"mu": 0.0})
+    found = squeal.eigenvalues(known)
+    assert (found.verdict, found.certified) == ("marginal", True)

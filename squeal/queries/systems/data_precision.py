@@ -5,14 +5,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear.digits import data_errors, known_to_digits, rounding_of_sums
+from squeal.linear.digits import are_symmetric, data_errors, known_to_digits, rounding_of_sums
 from squeal.linear.eigen import Eigenvalue, of_unit_mass
-from squeal.linear.matrices import Array, dense
+from squeal.linear.matrices import Array
 from squeal.linear.system import TermSystem
+from squeal.proof import HALF_ULP
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.proofs import Data, EigenvalueTuple
 from squeal.queries.systems.roots import AddErrors, SystemRoots, system_roots
@@ -69,31 +68,23 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
 
     - of files with few digits half a unit of the last digit, and the rounding of sums of terms;
     - of others the rounding of sums, if anything was rounded.
+
+    In both cases M and K count as symmetric, and C as skew, only if all terms are: the error of an
+    entry (i, j) of one term and that of (j, i) of another one differ.
     """
     if not is_small(system) or (file.assembly is not None and file.assembly.reduction):
         return None
+    keeps_symmetry = are_symmetric(system, (*system.M, *system.K))
+    keeps_skew = are_symmetric(system, system.C, sign=-1)
+    radii = rounding_of_sums(system)
     if system.digits:
         errors: list[Array] = []
-        for by_digits, by_sums in zip(data_errors(system), rounding_of_sums(system), strict=True):
+        for by_digits, by_sums in zip(data_errors(system), radii, strict=True):
             errors.append(by_digits.toarray() + by_sums)
-        return Data(f"{system.digits} digits", tuple(errors))
-    radii = rounding_of_sums(system)
+        return Data(f"{system.digits} digits", tuple(errors), keeps_symmetry, keeps_skew)
     if not any(radius.any() for radius in radii):
         return Data()  # each entry is one given number, known to half an ulp
-    return Data(radii=radii, keeps_structure=_has_structure(system))
-
-
-def _has_structure(system: TermSystem) -> bool:
-    """Whether each term of M and K is symmetric, and each of C skew, at all parameters."""
-    for term in system.C:
-        C = dense(term.matrix)
-        if not np.array_equal(C, -C.T):
-            return False
-    for term in (*system.M, *system.K):
-        X = dense(term.matrix)
-        if not np.array_equal(X, X.T):
-            return False
-    return True
+    return Data(HALF_ULP, radii, keeps_symmetry, keeps_skew)
 
 
 def roots_of_file(

@@ -58,13 +58,17 @@ class Data:
     radii : tuple of 3 array (n, n), or None
         How far the entries of M, C and K may be off, in addition to half a unit in the last place
         of a double. None: as `precision` says.
-    keeps_structure : bool
-        Whether symmetric M and K, and a skew C, remain so for all entries within the radii.
+    keeps_symmetry : bool
+        Whether M and K, if they are symmetric, are so in truth: of all entries within the radii
+        only symmetric ones are meant.
+    keeps_skew : bool
+        The same of a skew C.
     """
 
     precision: str = HALF_ULP
     radii: tuple[Array, ...] | None = None
-    keeps_structure: bool = True
+    keeps_symmetry: bool = True
+    keeps_skew: bool = True
 
     @property
     def is_half_ulp(self) -> bool:
@@ -88,8 +92,8 @@ class Data:
             C=damping,
             K=stiffness,
             data=self.precision,
-            symmetric=system.symmetric and self.keeps_structure,
-            skew=system.skew and self.keeps_structure,
+            symmetric=system.symmetric and self.keeps_symmetry,
+            skew=system.skew and self.keeps_skew,
         )
 
 
