@@ -14,7 +14,8 @@ from squeal.article.studies._coexistence import (
     least_at,
     scene_of,
 )
-from squeal.article.studies._damped_contact import DampedContact, flow
+from squeal.article.studies._damped_contact import DampedContact, ensemble, flow
+from squeal.errors import ComputationError
 from squeal.io.scene import read_scene
 from tests.article.damped_by_hand import Pad
 from tests.conftest import ROOT, needs_heyoka
@@ -202,3 +203,13 @@ def test_the_figure_says_up_to_which_contact_damping_both_are_stable(closes, wor
     motions = dict.fromkeys(("b1-d", "b2-d-integral", "b2-d-mean"), one)
     record = coexistence.Coexistence(motions=motions, checked=None, searches_differ=0.0)
     assert figure.draw(record).alternative.count(words) == 3
+
+
+def test_a_motion_that_is_not_finite_is_refused_beside_others_that_are():
+    pad = DampedContact.of(scene("b1-d"), 0.2, 0.01)
+    states = np.tile(pad.sliding, (3, 1))
+    lasts = ensemble(pad.law).fate(pad, states, 120.0).lasts
+    assert not lasts.any()
+    states[1, 4] = 1e300
+    with pytest.raises(ComputationError, match="a motion is not finite"):
+        ensemble(pad.law).fate(pad, states, 120.0)

@@ -552,6 +552,8 @@ class Ensemble:
         A motion has come to rest once contact has not changed for the time `RESTS`; it lasts if
         contact has changed in each interval `RESTS` up to the time `longest` (rounded up to a
         multiple of `RESTS`).
+
+        Raises ComputationError where one of them is not finite.
         """
         count = len(states)
         ends = np.array(states)
@@ -566,8 +568,7 @@ class Ensemble:
             while still_changing.any() and end < longest:
                 end += RESTS
                 self._change_counts[:] = [0] * LANES
-                self.ta.reset_cooldowns()
-                self.ta.propagate_until([end] * LANES)
+                self._advance(end)
                 still_changing &= np.array(self._change_counts) > 0
             ends[index] = self.ta.state.T
             lasts[index] = still_changing
@@ -582,6 +583,14 @@ class Ensemble:
         ta.pars[_ON : _ON + 2] = np.array(pad.at(states.T).gaps) < 0.0
         ta.state[:] = states.T
         ta.set_time(0.0)
+        ta.reset_cooldowns()
+
+    def _advance(self, end: float) -> None:
+        """Move all lanes on to a time. Raises ComputationError where a motion is not finite."""
+        self.ta.propagate_until([end] * LANES)
+        # where one lane is not finite, heyoka stops the others as well
+        if np.any(self.ta.time < end):
+            raise ComputationError("a motion is not finite")
 
 
 @lru_cache
