@@ -283,17 +283,20 @@ def _compute_all(
     """Compute the samples of all changes, chunk by chunk, and return them in their order.
 
     question: the options that decide the samples. Chunks that a journal holds for the same subject
-    and question are not computed again. progress: called with (samples done, samples in all).
+    and question are not computed again; a journal with chunks of another size is refused.
+    progress: called with (samples done, samples in all).
     """
     size = CHUNK if isinstance(subject, Scene) else 1  # systems are computed one by one
     chunks = [changes[start : start + size] for start in range(0, len(changes), size)]
     chunks_done: dict[int, list[Sample]] = {}  # by number of the chunk
     if journal is not None:
-        digest = digest_of(subject, *question)
+        # with the size: a journal holds chunks by number
+        digest = digest_of(subject, *question, size)
         chunks_done = sample_journal.read_or_begin(Path(journal), digest)
     missing = [number for number in range(len(chunks)) if number not in chunks_done]
     done = sum(len(samples) for samples in chunks_done.values())
     tasks = [chunks[number] for number in missing]
+    # a reduction exists of large systems alone: their workers are threads, which share it
     in_threads = computer.reduction is not None
     computed = mapped(partial(samples_of, computer), tasks, in_threads)
     for number, samples in zip(missing, computed, strict=True):

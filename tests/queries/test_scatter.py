@@ -1,5 +1,6 @@
 """Scattered parameters against pads made by hand, closed forms of growth and of Sobol indices."""
 
+import sys
 import typing
 from dataclasses import replace
 from pathlib import Path
@@ -173,6 +174,16 @@ def test_a_journal_tells_a_held_frequency_from_that_of_each_root():
     follows = squeal.System(ONE, K=stiffening)
     held = squeal.System(ONE, K=stiffening, parameters=dict(follows.parameters))
     assert digest_of(follows) != digest_of(held)
+
+
+def test_a_journal_of_chunks_of_another_size_is_refused(monkeypatch, tmp_path):
+    journal = tmp_path / "samples"
+    whole = scatter(SCENE, **DRAWN, journal=journal)
+    monkeypatch.setattr(sys.modules["squeal.queries.scatter"], "CHUNK", COUNT // 2)
+    with pytest.raises(InputError, match="no samples of this question"):
+        scatter(SCENE, **DRAWN, journal=journal)
+    renewed = scatter(SCENE, **DRAWN, journal=tmp_path / "new")
+    assert renewed.to_records() == whole.to_records()
 
 
 @pytest.mark.parametrize(("rows", "c"), [(2, 0.05), (500, 0.0), (500, 0.05)])

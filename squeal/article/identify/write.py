@@ -34,7 +34,10 @@ def scene_text(
     numbers: dict[str, float], formulation: Formulation, model: Model, case: str = ""
 ) -> str:
     """The text of the scene file, in SI units, of a model and a case, or of model B3, which has no
-    case."""
+    case.
+
+    Raises ComputationError where a standing pad has no initial state, see `starts`.
+    """
     n = arrays(numbers)
     linear = contact_model(model).linear
     no_angles = (0.0, 0.0)  # those of the case are written as multiples of pi below
