@@ -15,7 +15,7 @@ from squeal.article.identify.write import check_folder, write_scenes
 from squeal.article.studies import baseline
 from squeal.cli.main import main
 from squeal.equilibrium import sliding_equilibrium
-from squeal.errors import InputError
+from squeal.errors import ComputationError, InputError
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.simulation.run import simulate
@@ -142,6 +142,13 @@ def test_written_scenes_are_the_set_in_si_units(tmp_path, formulation):
     check_folder(tmp_path, True)
     with pytest.raises(InputError, match="is no folder"):
         check_folder(tmp_path / "none", True)
+
+
+def test_a_set_whose_standing_pad_has_no_initial_state_is_not_written(tmp_path):
+    """Its equilibrium without friction is not in full contact in case (a) of the line."""
+    with pytest.raises(ComputationError, match="b2-a: without friction the pad is not in full"):
+        write_scenes(CHOICE | {"start": 1.0, "tilt": 2.0}, CONSISTENT, tmp_path)
+    assert not list(tmp_path.iterdir())
 
 
 @needs_heyoka

@@ -1,5 +1,6 @@
 """From a dimensionless parameter set to the article's scenes in SI units."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from squeal.article.identify.space import (
     stacked,
     starts,
 )
-from squeal.errors import InputError
+from squeal.errors import ComputationError, InputError
 from squeal.io.writing import write_text
 from squeal.model.contact import Formulation, contact_law, contact_model
 from squeal.model.pad import Model
@@ -41,6 +42,7 @@ def scene_text(
     n = arrays(numbers)
     linear = contact_model(model).linear
     no_angles = (0.0, 0.0)  # those of the case are written as multiples of pi below
+    # kg, m and s, each measured in the dimensionless units
     pad = pad_of(n, model, no_angles).scaled(1.0 / MASS, 1.0 / LENGTH, 1.0 / TIME)
     parameters = {name: float(np.ravel(v)[0]) for name, v in pad.given().items()}
     about = ": Fig. 13 (the map leaves alpha1, alpha2 aside)"
@@ -61,6 +63,11 @@ def scene_text(
         lines.append(f"  y0: {_number(parameters['y0'])}")
     # the pad starts at rest: velocities, the last three, are zero
     x, y, theta, *_ = starts(n, stacked(n, model, case, formulation))[0].tolist()
+    if math.isnan(x):
+        raise ComputationError(
+            f"{stem(model, case)}: without friction the pad is not in full contact, so that it "
+            "cannot start there"
+        )
     initial = {"x": LENGTH * x, "y": LENGTH * y, "theta": theta}
     start = ", ".join(f"{name}: {_number(value)}" for name, value in initial.items() if value)
     lines.append(f"initial: {{{start}}}")
@@ -87,9 +94,13 @@ def check_folder(folder: Path, overwrite: bool) -> None:
 
 
 def write_scenes(numbers: dict[str, float], formulation: Formulation, folder: Path) -> None:
-    """Write the nine scene files b1-a.yaml to b2-d.yaml and b3.yaml."""
+    """Write the nine scene files b1-a.yaml to b2-d.yaml and b3.yaml.
+
+    Raises ComputationError, before a file is written, where a pad has no initial state.
+    """
+    texts = {"b3": scene_text(numbers, formulation, "B3")}
     for model in MODELS:
         for case in ANGLE_TEXTS:
-            text = scene_text(numbers, formulation, model, case)
-            write_text(folder / f"{stem(model, case)}.yaml", text)
-    write_text(folder / "b3.yaml", scene_text(numbers, formulation, "B3"))
+            texts[stem(model, case)] = scene_text(numbers, formulation, model, case)
+    for name, text in texts.items():
+        write_text(folder / f"{name}.yaml", text)
