@@ -33,9 +33,10 @@ PARDISO_ROWS = 4_000  # below, SuperLU is as fast
 
 
 class Factor:
-    """A CSC matrix A (n, n) factorised by SuperLU.
+    """A CSC matrix A (n, n) of finite real or complex doubles, or singles, factorised by SuperLU.
 
-    Raises ZeroDivisionError if it is exactly singular.
+    `factorise` makes one of other matrices. Raises ZeroDivisionError if A is exactly singular: a
+    pivot of zero would divide. Callers catch it, and try another shift or say what it means.
     """
 
     def __init__(self, matrix: csc_array) -> None:
@@ -245,11 +246,16 @@ def factorise(matrix: csc_array, single: bool = False, reusable: Factor | None =
     `reusable` is a factor of a matrix of the same pattern that is no longer needed: it may lend its
     ordering and its memory, and solves nothing afterwards.
 
-    Raises ZeroDivisionError if the matrix is exactly singular, by PARDISO if it is so to rounding.
+    Raises ZeroDivisionError if the matrix is exactly singular, by PARDISO if it is so to rounding,
+    and ComputationError if an entry is not finite.
     """
+    if not np.isfinite(matrix.data).all():
+        raise ComputationError("a sparse factorisation failed: an entry is not finite")
     rounded = matrix
     if single:
         rounded = matrix.astype(np.complex64 if np.iscomplexobj(matrix.data) else np.float32)
+    elif matrix.dtype.kind not in "fc":  # solutions of integers would be cut off to integers
+        rounded = matrix.astype(float)
     if rounded.shape[0] >= PARDISO_ROWS:
         with suppress(ImportError):
             return _Pardiso(rounded, _mkl(), reusable)

@@ -7,6 +7,7 @@ import pytest
 from scipy.linalg import lu
 from scipy.sparse import csc_array, csr_array, diags_array
 
+from squeal.errors import ComputationError
 from squeal.sparse import factor
 from squeal.sparse.quadratic import scaled_problem
 from tests import large
@@ -108,6 +109,21 @@ def test_a_determinant_without_a_diagonal_has_its_sign(n, rng):
 def test_a_singular_matrix_is_refused(name):
     with pytest.raises(ZeroDivisionError):
         made(name, csc_array(np.diag([1.0, 0.0, 2.0])))
+
+
+@pytest.mark.parametrize("rows", [3, 4])  # from which PARDISO factorises
+def test_integers_have_solutions_that_are_none(rows, monkeypatch):
+    monkeypatch.setattr(factor, "PARDISO_ROWS", rows)
+    library = mkl()
+    monkeypatch.setattr(factor, "_mkl", lambda: library)
+    found = factor.factorise(csc_array(np.array([[2, 0, 0], [0, 4, 0], [0, 0, 5]])))
+    assert found.solve(np.array([0.5, 0.7, 1.0])) == pytest.approx([0.25, 0.175, 0.2])
+
+
+@pytest.mark.parametrize("entry", [np.nan, np.inf])
+def test_a_matrix_that_is_not_finite_is_not_called_singular(entry):
+    with pytest.raises(ComputationError, match="an entry is not finite"):
+        factor.factorise(csc_array(np.diag([1.0, entry, 2.0])))
 
 
 def test_large_matrices_and_single_precision_go_to_pardiso(monkeypatch):
