@@ -231,8 +231,12 @@ class Modulus:
     def _dual(self, parameters: Parameters, name: str) -> Dual:
         """The complex value, and its derivative by a parameter; `name` "" gives a derivative of 0.
 
+        A table depends on the frequency. This counts as its derivative by the parameter `frequency`
+        alone, that by `omega` being 0: the total derivative (`at_own_frequency`) adds both.
+
         Raises InputError for a negative loss factor, and beyond the ends of a table.
         """
+        # `imaginary`: times i, as the matrices of structural damping are
         result = _with_slope(self.factor, parameters, name) * (1j if self.imaginary else 1.0)
         loss = Dual(0.0, 0.0)
         if self.loss:  # never beside a table, which brings its own
@@ -241,7 +245,7 @@ class Modulus:
                 raise _negative(self.loss, loss.value, parameters)
         if self.table:
             storage, loss = self.table(parameters["frequency"])
-            if name != "frequency":  # the table's derivatives are by the frequency
+            if name != "frequency":
                 storage = Dual(storage.value, 0.0)
                 loss = Dual(loss.value, 0.0)
             result *= storage

@@ -299,7 +299,7 @@ def enclosing_polynomials(
     The terms below `TAYLOR_ORDER` are those about t = 0. The term of that order is taken about
     all |t| <= 1 at once, which makes it Lagrange's remainder.
 
-    function: gives its values from series (4) of the unknowns.
+    function: gives its values from the four series of the unknowns.
     """
     flint.ctx.cap = TAYLOR_ORDER
     about_zero = function(_tube(centre, radii))

@@ -395,7 +395,8 @@ class _Form(NamedTuple):
 
 
 class _InertiaOfAll(NamedTuple):
-    """Number of negative eigenvalues that a matrix T and all within `gap` weights^2 of it have."""
+    """Number of negative eigenvalues of a matrix T, and of all that are near it by `gap`, as
+    `_inertia_of_all` defines it."""
 
     negative: int
     gap: float
@@ -439,10 +440,12 @@ def _form(N: csc_array, K: csc_array, sigma: float) -> _Form:
 
 
 def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
-    """The inertia of T and of all matrices near T.
+    """The inertia of the matrix T of a form, and of all symmetric matrices near T.
 
-    It is known if T + margin sigma diag(N) and T - margin sigma diag(N) have the same number of
-    negative eigenvalues: all matrices between have that number too. None if at each of the
+    Near is a matrix X with |v' (X - T) v| <= gap sum (weights v)^2 for each v, of the weights of
+    the form, whose squares are at most diag(N). It is known if T + margin sigma diag(N) and
+    T - margin sigma diag(N) have the same number of negative eigenvalues: all matrices between have
+    that number too. None if at each of the
     `MARGINS` the two numbers differ, or one of them is not known for rounding.
     """
     for margin in MARGINS:

@@ -70,8 +70,10 @@ def draw(record: MapRanges) -> Drawing:
         "(23a, b) hold as printed, at three values each of h/w, k2/k1 and mu, with the four cases "
         f"marked. Lower row: shares of the map over the same parameters. Over all {record.pads} "
         f"pads the printed conditions hold on {percent(record.printed)}, the complete necessary "
-        f"ones on {percent(record.complete)}; grey bands show the range of the printed at each "
-        "value."
+        f"ones on {percent(record.complete)}; grey bands show the range of the share of the "
+        "printed conditions at each value, black lines the share of the printed and of the "
+        "complete conditions with all else as in the scene, coloured lines those with an "
+        "equilibrium on the branch and with a stable one. A vertical line marks the scene's value."
     )
     made = origin(__name__, record.provenance)
     return Drawing(map_ranges_figure(record), text, "The map of Fig. 13 over its parameters", made)

@@ -387,18 +387,19 @@ class _Run:
 
         Newton's method seeks the time at which the distance beyond the surface is zero; each trial
         is one step from the present state. `before` and `after` bracket that time; the bracket is
-        halved where Newton's method would leave it.
+        halved where Newton's method would leave it. `guess` is the first trial.
         """
+        # `high` itself, or an earlier time at which the point is beyond before it turns back
         beyond_at = self._time_beyond(f, point, low, high)
         if beyond_at is None:
             return None
         time = guess
-        if beyond_at < high:  # then the guess may lie after the change
+        if beyond_at < high:  # the guess takes no account of the turn: it may lie after the change
             time = 0.5 * (low + beyond_at)
         before = low
         after = beyond_at
+        reached = self._beyond(f, point, time)
         for _ in range(60):
-            reached = self._beyond(f, point, time)
             if reached.distance > 0.0:
                 after = time
             else:
@@ -411,6 +412,7 @@ class _Run:
             if abs(next_time - time) <= LOCATED * after or after - before <= LOCATED * after:
                 break
             time = next_time
+            reached = self._beyond(f, point, time)
         return _ContactChange(time, reached.state, point)
 
     def advance(self, stop: float, most: int) -> None:

@@ -93,11 +93,12 @@ def ratio_of_hammering(blows: Sequence[Blow]) -> float | None:
 
 
 def grazing(scene: Scene) -> Grazing:
-    """The trailing blows of a scene at all `RATIOS`, and where they begin and count."""
-    late = settled(scene, RATIOS)
+    """The trailing blows of a scene at all `RATIOS`, the ratio at which they begin, and that at
+    which they are heavy enough to count as hammering."""
+    settled_measures = settled(scene, RATIOS)
     blows = []
     for i, ratio in enumerate(RATIOS):
-        case = case_of(late, i)
+        case = case_of(settled_measures, i)
         _leading, trailing = case.heaviest
         blows.append(
             Blow(

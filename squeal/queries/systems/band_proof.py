@@ -26,8 +26,9 @@ def with_band_proof(
 ) -> SystemRoots:
     """The computed modes of a band, judged by the referee.
 
-    A list that is proved or refuted gets the referee's statement in place of the count. A list that
-    is left open keeps the count, and a note says why nothing is proved. Its verdict, if it was
+    Before, the number of modes was counted by the argument principle. A list that is proved or
+    refuted gets the referee's statement in place of that count. A list that is left open keeps the
+    count, and a note says why nothing is proved. Its verdict, if it was
     growth, becomes open only if the referee proves of each mode listed as growing that it does not
     grow. Raises InputError for systems of which the referee proves nothing.
     """
@@ -40,6 +41,7 @@ def with_band_proof(
         raise InputError(f"prove: components and guessed matrices have no proof; {ALLOWED}")
     low, high = (math.tau * hertz for hertz in selection.band)
     values = values_of(roots.computed)  # also those that --modes leaves out of the list
+    # roots that grow or decay faster than the limit are not on the list. None: there is no limit
     growth_limit = math.inf if roots.growth_limit is None else roots.growth_limit
     proof = prove_modes(*system.at(), values, low, high, rate=growth_limit)
     if proof.status == "open":

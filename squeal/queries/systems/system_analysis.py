@@ -139,11 +139,17 @@ class SystemAnalysis:
         Parameters
         ----------
         values : sequence of float or None
-            Values of the free parameter; None is the system's own.
+            Values of the free parameter, at least one; None is the system's own.
         method : {"reduced", "modal"}
             As of `reduced_for`.
         most : int
-            The reduced system is made at so many of the values at most, evenly chosen.
+            The reduced system is made at so many of the values at most, at least 1, chosen evenly
+            by their place in the list.
+
+        Returns
+        -------
+        Reduction
+            The reduced system, or the real modes with their corrections; see `reduced_for`.
         """
         parameter = self.system.parameter
         if values is None:
