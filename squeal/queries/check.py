@@ -243,16 +243,20 @@ def _body_of_pad(pad: Pad, hertz: Sequence[float]) -> _Body:
 def _hints_of_slow_motions(lowest: RealModes) -> list[str]:
     """Say how many motions are free but for rounding of the program that made the matrices.
 
-    By the digits of the entries they are not free, since their squares are above `errors`. They are
-    so slow, below `noise`, that rounding in that program may have given them a stiffness.
+    By the digits of the entries they are not free, since the sizes of their squares omega^2 are
+    above `errors`. But these are so small, below `noise`, that rounding in that program may have
+    made a stiffness of either sign out of none. A motion of negative stiffness does not vibrate.
     """
     sizes = np.abs(lowest.squares)
-    slow = sizes[(sizes > lowest.errors) & (sizes <= lowest.noise)]
+    slow = lowest.squares[(sizes > lowest.errors) & (sizes <= lowest.noise)]
     if not slow.size:
         return []
-    fastest = math.sqrt(slow.max()) / (2 * np.pi)
+    fastest = math.sqrt(np.abs(slow).max()) / (2 * np.pi)
+    kind = f"at up to {fastest:.2g} Hz"
+    if slow.min() < 0.0:
+        kind = f"|omega|/2pi up to {fastest:.2g} Hz, {np.sum(slow < 0.0)} of negative stiffness"
     return [
-        f"slow motions, {slow.size} in number, at up to {fastest:.2g} Hz: probably free, "
+        f"slow motions, {slow.size} in number, {kind}: probably free, "
         "but for rounding of the program that made the matrices"
     ]
 

@@ -18,6 +18,8 @@ from squeal.io.system import SystemFile
 from squeal.linear.matrices import dense
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
+from squeal.queries.check import _hints_of_slow_motions
+from squeal.queries.real_modes import RealModes
 from tests.conftest import ROOT
 
 
@@ -304,6 +306,17 @@ def test_free_motions_that_a_reduction_made_stiff_are_hinted_at():
     assert found.free == 0
     (hint,) = found.hints
     assert hint.startswith("slow motions, 1 in number")
+
+
+def test_a_slow_motion_of_negative_stiffness_has_no_frequency():
+    squares = np.array([-4.0, 1.0, 1e6]) * np.pi**2
+    modes = RealModes(squares, errors=np.full(3, 1e-3), noise=100.0)
+    (hint,) = _hints_of_slow_motions(modes)
+    assert hint.startswith(
+        "slow motions, 2 in number, |omega|/2pi up to 1 Hz, 1 of negative stiffness: probably free"
+    )
+    (hint,) = _hints_of_slow_motions(modes._replace(squares=np.abs(squares)))
+    assert hint.startswith("slow motions, 2 in number, at up to 1 Hz: probably free")
 
 
 @pytest.mark.parametrize("springs", [[1 / 3, 1e8 / 7, 2e-3], [0.1, 0.3], [1e12 / 3, 0.7, 1e-3]])
