@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 # fmt: off
 _SYMBOLS = {
     "theta0": r"\theta_0", "theta": r"\theta", "delta": r"\delta", "alpha1": r"\alpha_1",
-    "alpha2": r"\alpha_2", "mu": r"\mu", "F_n": "F_n", "Rn": "R_n", "F3": "F_{s,3}",
+    "alpha2": r"\alpha_2", "mu": r"\mu", "Rn": "R_n", "F3": "F_{s,3}",
     "F4": "F_{s,4}", "K11": "K_{11}", "K21": "K_{21}", "K31": "K_{31}", "K33": "K_{33}",
-    "k_c": "k_c", "y0": "y_0", "x0": "x_0", "pi": r"\pi", "T_1": "T_1", "x_dot": r"\dot x",
+    "y0": "y_0", "x0": "x_0", "pi": r"\pi", "x_dot": r"\dot x",
     "y_dot": r"\dot y", "k1": "k_1", "k2": "k_2", "k3": "k_3", "k4": "k_4", "L1": "L_1",
     "L2": "L_2", "L3": "L_3", "L4": "L_4",
 }
@@ -60,6 +60,9 @@ def typeset(text: str) -> str:
         # a word
         if word in _SYMBOLS or word in _LETTERS:
             return f"${_SYMBOLS.get(word, word)}$"
+        base, _, index = word.partition("_")
+        if len(index) == 1 and (len(base) == 1 or base in _SYMBOLS):  # such as F_n and theta_0
+            return f"${_SYMBOLS.get(base, base)}_{index}$"
         return escape(word)
 
     return _TOKEN.sub(token, text)
