@@ -19,8 +19,10 @@ from squeal.article.figures import (
     modes,
     sketch,
 )
+from squeal.article.figures.work import panels
 from squeal.article.records import Missing
 from squeal.article.runs import read_run
+from squeal.article.studies.accuracy import Accuracy
 from squeal.article.studies.energy import Energy
 from squeal.article.studies.line_springs import Case, LineSprings
 from squeal.article.studies.stability import SceneStability, Stability
@@ -259,3 +261,12 @@ def _without_branches():
 )
 def test_a_figure_of_nothing_says_why(figure, record):
     assert figure.draw(record).alternative == "no steady sliding"
+
+
+def test_no_case_of_the_figures_of_work_is_left_out():
+    record = Accuracy(points=(), changes=dict.fromkeys("1234567", 0), truth="")
+    figure, empty = panels(record, lambda _: 1.0, "evaluations", 2, 4.6)
+    titles = [axes.get_title(loc="left") for axes in figure.axes if axes not in empty]
+    assert titles == ["(a) 1", "(b) 2", "(c) 3", "(d) 4", "(e) 5", "(f) 6", "(g) 7"]
+    with pytest.raises(ValueError, match="longer"):  # a row has half as many panels as cases
+        panels(record, lambda _: 1.0, "evaluations", 1, 4.6)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from string import ascii_lowercase
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -37,7 +38,6 @@ LOOKS = {
     "diffrax Dopri8": ("#B8860B", "p", "--"),
 }
 """Colour, mark and line of an integrator."""
-LETTERS = "abcdef"
 
 Abscissa = Callable[[Point], float]
 """What is drawn to the right of a run: its evaluations, or its run time."""
@@ -68,13 +68,16 @@ def panels(
     """A figure with a panel per case, row by row, and the axes of the grid that stay empty.
 
     label: name of the abscissa; rows, height: number of rows of panels, and height of the figure in
-    inches. A row has half as many panels as there are cases.
+    inches. A row has half as many panels as there are cases: two rows are enough, and one raises
+    ValueError.
     """
     figure = Figure(figsize=(DOUBLE, height))
     columns = math.ceil(len(record.changes) / 2)
     grid = figure.subplots(rows, columns, squeeze=False)
     panels_in_order = list(grid.ravel())
-    for axes, case, letter in zip(panels_in_order, record.changes, LETTERS, strict=False):
+    count = len(record.changes)
+    used = zip(panels_in_order[:count], record.changes, ascii_lowercase[:count], strict=True)
+    for axes, case, letter in used:
         panel(axes, [p for p in record.points if p.case == case], abscissa)
         axes.set_xlabel(label)
         axes.set_title(f"({letter}) {case}", loc="left", pad=3.0)
@@ -86,7 +89,7 @@ def panels(
         looks: Any = {"color": colour, "ls": line, "marker": marker, "label": path}
         handles.append(Line2D([], [], ms=4, lw=0.8, **looks))
     figure.legend(handles=handles, loc="outside upper center", ncols=4)
-    return figure, panels_in_order[len(record.changes) :]
+    return figure, panels_in_order[count:]
 
 
 def draw(record: Accuracy) -> Drawing:
