@@ -385,6 +385,13 @@ def test_terms_of_few_digits_that_are_symmetric_in_sum_alone_leave_flutter_open(
     assert (found.verdict, found.certified) == (None, False)
 
 
+def test_digits_of_matrices_in_the_system_file_itself_have_no_file_name(tmp_path):
+    terms = "".join(f"  - {{matrix: {term.tolist()}, digits: 6}}\n" for term in (LEFT, RIGHT))
+    (tmp_path / "s.yaml").write_text(f"M: [[1, 0], [0, 1]]\nK:\n{terms}")
+    found = squeal.eigenvalues(squeal.read_system(tmp_path / "s.yaml"))
+    assert "within what the digits of the matrices leave open" in str(found)
+
+
 @pytest.mark.parametrize("prove", [True, False])
 def test_halves_of_few_digits_in_two_terms_leave_flutter_open(prove):
     """Nothing says that the second term is the mirror image of the first one."""

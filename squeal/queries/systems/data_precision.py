@@ -139,7 +139,8 @@ def digits_of_files(file: SystemFile) -> str:
     """What leaves roots of a system open, in words, such as "the 6 digits of K.mtx": the reduction
     of its components, if they were reduced, and the digits of its files, if these are few."""
     digits_of = {matrix.file: matrix.digits for matrix in file.origins if matrix.digits is not None}
-    causes = [f"the {digits} digits of {name}" for name, digits in digits_of.items()]
+    # a matrix that stands in the system file itself has no file name
+    causes = [f"the {digits} digits of {name}" for name, digits in digits_of.items() if name]
     if file.system.digits and not causes:
         causes = ["the digits of the matrices"]
     if file.assembly is not None and file.assembly.reduction:
