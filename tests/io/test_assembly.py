@@ -113,6 +113,19 @@ def test_no_export_divides_a_load_by_zero(brake, tmp_path, capsys):
     assert not out.exists()
 
 
+def test_an_export_without_components_holds_its_contact_by_assumption(brake, tmp_path, capsys):
+    """The joined system cannot seat its contact anew: what was open was proved of the export."""
+    path, *_ = brake
+    for pressure, is_assumed in ((1e6, True), (1e8, False)):  # some pairs closed, all of them
+        out = tmp_path / f"{pressure:g}"
+        given = [str(path), "--set", f"pressure={pressure}", "--method", "full"]
+        assert main(["export", *given, "--output", str(out)]) == 0
+        capsys.readouterr()
+        texts = yaml.safe_load((out / "system.yaml").read_text()).get("assumptions", [])
+        held = [text for text in texts if text.startswith("contact is held as it is seated")]
+        assert len(held) == is_assumed
+
+
 def test_an_export_has_one_cutoff_and_warns_beyond_it(exported, capsys):
     assert main(["eigenvalues", str(exported), "--set", "cutoff=2e4"]) == 2
     beyond = answer(capsys, exported, "--band", "7900:8100")

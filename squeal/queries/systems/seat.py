@@ -8,6 +8,7 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
+from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.data_precision import with_doubts
 from squeal.results.thresholds import Thresholds
@@ -32,6 +33,17 @@ def seat_note(file: SystemFile) -> str:
     parameter = file.system.parameter
     at = f"{parameter} = {number(assembly.system.parameters[parameter])}"
     return f"contact is that seated at {at}; {parameter}=VALUE in the file seats it anew"
+
+
+def system_with_held_seat(file: SystemFile) -> System:
+    """The system of a file, to be used without its components, which alone can seat contact anew:
+    that contact is held is an assumption then, if it may change."""
+    assembly = file.assembly
+    if assembly is None or not _contacts_that_may_change(assembly):
+        return file.system
+    parameter = file.system.parameter
+    value = number(assembly.system.parameters[parameter])
+    return file.system.assuming(f"contact is held as it is seated at {parameter} = {value}")
 
 
 def seat_parameters(file: SystemFile) -> list[str]:
