@@ -25,7 +25,8 @@ def options(parser: Parser) -> None:
         metavar="N",
         read=whole(1, 100_000),
         default=WINDOWS,
-        help=f"times of the scene in which its motion may settle ({WINDOWS})",
+        help="how many times the observation time of the scene its motion may take to settle "
+        f"({WINDOWS})",
     )
     take_files(parser, table="the cycles", figure="amplitude over the parameter, beside sliding")
 

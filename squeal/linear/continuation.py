@@ -580,9 +580,12 @@ def _balanced_states(
     component has a norm close to its own largest root.
 
     The first half of the states are displacements, the second half velocities over one frequency
-    scale, that of the fastest component. Beside a stiff row or a strong damper a slow component
-    would have entries far below its velocities' rounding, and its roots would be lost. The factors
-    are powers of two, which round nothing.
+    scale, that of the fastest component, so that each component has the matrix [[0, 1], [-k, -c]].
+    Of a component that is far slower than the fastest one, k and c lie below the rounding of the
+    entries 1 beside them, and its roots would be lost. The caller multiplies entry (i, j) by
+    s[j] / s[i] with the factors s. With s of the velocities about the larger one of sqrt(k) and c,
+    the entries become s, k / s and c, none of them much larger than s. The factors are powers of
+    two, which round nothing.
 
     Parameters
     ----------

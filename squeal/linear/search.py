@@ -46,6 +46,8 @@ BUDGET = 1500
 """Values in all, alike."""
 DEPTH = 12
 """How often a step may be divided."""
+CLEAR_WIDTHS = 16
+"""So many widths of its interval away from an event, growing roots are counted without it."""
 WIDEST_INTERVAL = 1e-4
 """Of the range: the widest interval that is not in doubt."""
 
@@ -409,7 +411,7 @@ class _AdaptiveRefinement:
         if persists_below and _count_persists(continuation, (low, high), b, side=1):
             return None
         # the events with a margin, as in `_count_persists`, are cut out of the range
-        margin = 16 * max(high - low, _resolution(low, high))
+        margin = CLEAR_WIDTHS * max(high - low, _resolution(low, high))
         before = max(low - margin, (a + low) / 2)
         after = min(high + margin, (high + b) / 2)
         cuts = [a, max(a, before), min(b, after), b]
@@ -548,8 +550,10 @@ def _count_persists(
 ) -> bool:
     """True if on one side of an interval of events, close to it, as many roots grow as at a limit.
 
-    Nearly equal subsystems need this: their crossings are not one event. Roots are counted 16
-    widths of the interval away from it, or further where rounding hides the count.
+    Then no crossing is missing between the interval and the limit. Where that holds on both sides,
+    crossings that the counts require and that are not among the events lie inside the interval, as
+    those of nearly equal subsystems (twins). Roots are counted `CLEAR_WIDTHS` widths of the
+    interval away from it, or further where rounding hides the count.
 
     Parameters
     ----------
@@ -569,7 +573,7 @@ def _count_persists(
     reach = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
     furthest = min(max(side * (limit - start), 0.0), reach)
     expected = continuation.at(limit).growing_roots
-    distance = min(16 * width, furthest)
+    distance = min(CLEAR_WIDTHS * width, furthest)
     spectrum = continuation.at(start + side * distance)
     while spectrum.growing_roots != expected:
         if spectrum.count_is_certain or not distance < furthest:

@@ -225,8 +225,11 @@ def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
     """Discs (2n,) of both roots lambda = +-sqrt(-s) of each s in discs (n,).
 
     |sqrt(z) - sqrt(c)| <= sqrt|c| - sqrt(|c| - r) = r / (sqrt|c| + sqrt(|c| - r)) for z in a disc
-    of radius r <= |c| around c. Where r is at least 0.9 |c| the disc nearly reaches zero, and both
-    roots get a disc around zero, of radius sqrt(|c| + r).
+    of radius r <= |c| around c: with z = c (1 - w), |w| <= r / |c|, the left side is
+    sqrt|c| |1 - sqrt(1 - w)|. All coefficients of the binomial series of 1 - sqrt(1 - w) are
+    positive, so that its size is at most 1 - sqrt(1 - |w|).
+    Where r is at least 0.9 |c| the disc nearly reaches zero, and both roots get a disc around zero,
+    of radius sqrt(|c| + r).
     """
     if isinstance(squares, Failure):
         return squares

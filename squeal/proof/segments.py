@@ -225,14 +225,20 @@ def _with_moving_vectors(
 ) -> tuple[NDArray, Floats] | Failure:
     """L and N (n, n) of `NearDiagonal`, with vectors that move with the parameter, |d| <= half.
 
-    The matrices are S0 + d S1 plus an unknown rest of entries up to Q (n, n). They are transformed
-    by the similarity 1 + d Z. With [S, Z] = S Z - Z S, V = (1 + d Z)^-1 - 1 and Q for the rest
+    The matrices are S0 + d S1 plus an unknown rest of entries up to Q (n, n). The similarity
+    1 + d Z transforms them. Let [S, Z] = S Z - Z S and V = (1 + d Z)^-1 - 1. For any matrix S
+
+        (1 + V) S (1 + d Z) = (1 + V) ((1 + d Z) S + d [S, Z]) = S + (1 + V) d [S, Z],
+
+    as S (1 + d Z) = (1 + d Z) S + d [S, Z] and (1 + V) (1 + d Z) = 1. With S = S0 + d S1, and Q for
+    the rest,
 
         (1 + V) (S0 + d S1 + Q) (1 + d Z) = S0 + d (S1 + [S0, Z]) + d^2 [S1, Z]
             + V (d [S0, Z] + d^2 [S1, Z]) + (1 + V) Q (1 + d Z).
 
     Z makes S1 + [S0, Z] zero between columns (`docs/proof.md`, Ranges, 2), but for those that
     `stay_together` or are too near to each other: they keep their coupling in L. N bounds all else.
+    S0 and S1 are exact, without radii: how far the matrices are from S0 + d S1 is part of Q.
     V = -d Z - d Z V, since (1 + d Z) (1 + V) = 1, so that d V [S0, Z] is -d^2 Z [S0, Z], a term of
     second order, and one of third.
     """
@@ -258,7 +264,7 @@ def _with_moving_vectors(
     first_order = half * slope.minus(Balls.exact(L)).bound()
     second_order = half**2 * S1_Z.minus(Z_ball @ S0_Z).bound()
     third_order = dZ_bound @ (V_bound @ (half * S0_Z.bound())) + V_bound @ (half**2 * S1_Z.bound())
-    # (1 + V) Q (1 + d Z) is Q but for (1 + V) (Q d Z - d Z Q)
+    # (1 + V) Q (1 + d Z) = Q + (1 + V) (Q d Z - d Z Q), as of any matrix
     moved_Q = Q @ dZ_bound + dZ_bound @ Q
     N = Q + first_order + second_order + third_order + moved_Q + V_bound @ moved_Q
     return L, upper(N, 8 * len(Q) + 16)

@@ -68,7 +68,7 @@ def four_sets(**changes):
 
 
 BROKEN = [
-    ("three-flat-sets", {"set_2": {"numbers": NUMBERS}}),
+    ("four-sets-of-which-three-are-flat", {"set_2": {"numbers": NUMBERS}}),
     ("one-set-satisfies-all-that-can-hold", {"set_4": {"satisfied": 13}}),
     ("flat-sets-need-much-friction", {"set_3": {"numbers": FLAT | {"mu": 0.3}}}),
     (

@@ -1,9 +1,11 @@
 """Horizon of predictability over the stiffness of the contact, from the study of the same name."""
 
+import math
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.article.studies.horizon import LEVELS, Horizon, Run
+from squeal.article.studies.horizon import LEVELS, ROUNDING, Horizon, Run
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 CAPTION = r"""How far ahead stiff contact can be computed. (a) Relative error against quad
@@ -19,6 +21,7 @@ KINDS = {
 }
 """Colour, mark, line and label by what is compared."""
 TOP = 10.0  # periods
+LARGEST_PREDICTED = 0.1  # error at which the line of the predicted growth ends
 
 
 def _curves(axes: Axes, run: Run) -> None:
@@ -27,11 +30,13 @@ def _curves(axes: Axes, run: Run) -> None:
         errors = getattr(run.errors, kind)
         axes.plot(run.times, errors, line, color=colour, lw=0.8)
         axes.plot(run.times[::4], errors[::4], mark, color=colour, mfc="white", ms=3.5, mew=0.8)
-    # `predicted` is the time from 1e-16 to 1e-9, of 7 decades; the line ends where it reaches 1e-1,
-    # after 15 decades, or at TOP
-    end = min(TOP, run.predicted * 15.0 / 7.0)
-    last = 1e-16 * 10.0 ** (7.0 * end / run.predicted)
-    axes.plot([0.0, end], [1e-16, last], ":", color="0.5")
+    # `predicted` is the time in which an error of `ROUNDING` grows to the first level; the line
+    # ends at `LARGEST_PREDICTED`, or at TOP
+    decades_to_level = math.log10(LEVELS[0] / ROUNDING)
+    decades_to_end = math.log10(LARGEST_PREDICTED / ROUNDING)
+    end = min(TOP, run.predicted * decades_to_end / decades_to_level)
+    last = ROUNDING * 10.0 ** (decades_to_level * end / run.predicted)
+    axes.plot([0.0, end], [ROUNDING, last], ":", color="0.5")
     axes.axhline(LEVELS[0], color="0.7", lw=0.6, zorder=0)
     axes.set(yscale="log", ylim=(1e-18, 10.0), xlim=(0.0, run.window))
     axes.set_yticks([10.0**n for n in range(-18, 1, 3)])

@@ -60,7 +60,8 @@ REPEATS = 2
 
 
 class Lasting(NamedTuple):
-    """The number of a set, and its cases as `lasting` gives them."""
+    """The number of a set, and the cases in which contact goes on changing, as `lasting` gives
+    them."""
 
     number: int
     cases: str
@@ -158,10 +159,10 @@ def read(file: Path) -> list[Lasting]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compute the first valid sets of a table and store the cases."""
+    """Store in which cases contact goes on changing, of the first valid sets of a table."""
     parser = argparse.ArgumentParser(description="Store in which cases contact goes on changing.")
     parser.add_argument("table", type=Path, metavar="TABLE", help="holds a row a set")
-    parser.add_argument("file", type=Path, metavar="FILE", help="holds the cases")
+    parser.add_argument("file", type=Path, metavar="FILE", help="holds the cases of each set")
     given = parser.parse_args(arguments)
     stored: dict[int, Lasting] = {}
     if given.file.exists():

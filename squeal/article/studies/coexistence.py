@@ -179,7 +179,8 @@ class Extremes(NamedTuple):
 
 
 def extremes(cycle: Cycle) -> Extremes:
-    """The extremes of a cycle among `PARTS` equally spaced times of its period."""
+    """The greatest speed of the lower face and the least contact factor, while the face touches, at
+    `PARTS` equally spaced times of a period of a cycle."""
     pad = cycle.pad
     state = cycle.state
     cycles = Cycles(pad)
@@ -191,10 +192,9 @@ def extremes(cycle: Cycle) -> Extremes:
     states = np.array(samples).T  # (6, PARTS)
     motion_there = pad.at(states)
     touching = (np.array(motion_there.gaps) < 0.0).any(axis=0)
-    speed = states[3] + pad.c.h / pad.c.w * states[5]  # x' + h theta', of the lower face
     factor = np.min(motion_there.factors, axis=0)
     return Extremes(
-        face=float(speed[touching].max()) / pad.surface_speed,
+        face=float(motion_there.face[touching].max()) / pad.surface_speed,
         factor=float(factor[touching].min()),
     )
 

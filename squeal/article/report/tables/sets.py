@@ -55,7 +55,7 @@ def _lasting(sets: Sets, name: str, model: str) -> str:
     """The cases in which contact goes on changing, each with its share of initial conditions."""
     of_set = sets.sets[name]
     shown = []
-    for case, share in of_set.beside(model).items():
+    for case, share in of_set.lasting_beside_stable_sliding(model).items():
         ends = sets.ends(f"sets.{name}.lasting.{stem(model, case)}")
         shown.append(f"{case}: {with_spread(share, ends, _share)}")
     if shown:
