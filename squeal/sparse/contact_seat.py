@@ -191,7 +191,7 @@ class Contact:
         return replace(self, pairs=ContactPoints.at_nodes(pairs.astype(str)))
 
     def _require_arrays_of(self, count: int) -> None:
-        """Raises InputError unless numbers are in their range and arrays fit `count` pairs.
+        """Raises InputError unless numbers are finite, areas above 0, and arrays fit `count` pairs.
 
         Stiffness, area and the like are one number or one for each pair, directions one vector (3,)
         or one for each pair.
@@ -199,12 +199,15 @@ class Contact:
         numbers = ("stiffness", "tangential", "gap", "area")
         for name in (*numbers, "normal", "sliding", "axis", "through"):
             entries = getattr(self, name)
-            if entries is None:
+            if entries is None and name in ("area", "sliding", "axis"):
                 continue
-            values = np.asarray(entries, dtype=float)
             shape = () if name in numbers else (3,)
+            needed = "a number" if name in numbers else "a vector (3,)"
+            try:
+                values = np.asarray(entries, dtype=float)
+            except (TypeError, ValueError):
+                raise Place(name).must_be(entries, f"{needed}, or one for each pair") from None
             if values.shape not in (shape, (count, *shape)):
-                needed = "a number" if name in numbers else "a vector (3,)"
                 raise InputError(
                     f"{name}: an array {values.shape} is not allowed; it must be {needed}, or one "
                     f"for each of {count} pairs"

@@ -140,8 +140,8 @@ def test_the_alternative_text_gives_the_predicted_horizon_and_not_as_the_exponen
     stiff = next(run for run in stored.runs if run.stiffness == 1e4)
     assert f"predicted by the exponent: {stiff.predicted:.2g}" in text
     regular = dataclasses.replace(stored.runs[0], exponent=0.0)
-    text = horizon_figure.draw(dataclasses.replace(stored, runs=(regular, *stored.runs[1:])))
-    assert "predicted by the exponent: none" in text.alternative
+    drawn = horizon_figure.draw(dataclasses.replace(stored, runs=(regular, *stored.runs[1:])))
+    assert "predicted by the exponent: none" in drawn.alternative
 
 
 def test_a_sentence_falls_where_no_run_has_a_horizon(stored):

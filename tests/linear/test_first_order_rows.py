@@ -134,8 +134,8 @@ def test_a_refusal_names_the_band_as_python_does():
 @pytest.mark.parametrize("K", [[[1.1, 0.3], [0.4, 2.1]], [[1.1, 0.3], [0.0, 1.1]]])
 def test_short_floats_bound_the_roots_of_rows_without_mass(K):
     """The numbers that were rounded to single precision have their roots within the errors."""
-    matrices = [np.asarray(X, dtype=np.float32) for X in (np.zeros((2, 2)), np.eye(2), K)]
-    found = squeal.eigenvalues(squeal.System(*matrices))
+    M, C, short_K = (np.asarray(X, np.float32) for X in (np.zeros((2, 2)), np.eye(2), K))
+    found = squeal.eigenvalues(squeal.System(M, C, short_K))
     roots = np.sort(-np.linalg.eigvals(K))[::-1]
     errors = np.array([root.error for root in found.eigenvalues])
     assert np.all(np.abs(found.values - roots) <= errors)

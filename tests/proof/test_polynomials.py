@@ -325,10 +325,8 @@ def test_pairs_that_begin_and_end_to_grow_at_one_value_are_told_apart():
     damping = [Term(np.diag([1.0, -1.0]), lambda mu: mu)]
     springs = [Term(np.array([[5.0, 2.0], [2.0, 2.0]]))]
     found = ExactRange.of(Terms([Term(np.eye(2))], damping, springs, HALF_ULP), -0.5, 0.5).changes
-    assert [(change.rise, change.omega) for change in found] == [
-        (-2, pytest.approx(np.sqrt(6.0), rel=1e-12)),
-        (2, pytest.approx(1.0, rel=1e-12)),
-    ]
+    assert [change.rise for change in found] == [-2, 2]
+    assert [change.omega for change in found] == pytest.approx([np.sqrt(6.0), 1.0], rel=1e-12)
 
 
 def test_a_pair_through_zero_has_no_frequency():

@@ -1,6 +1,8 @@
 """Static contact against the enumeration of all sets of closed pairs."""
 
+from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,8 +83,9 @@ def force_of_seat(stiffness, factor):
     disc = squeal.Component(squeal.System([[1.0]], K=[[1e6]], name="disc"), [1], [2])
     spring = squeal.System([[1.0]], K=[[1e6]], name="pad")
     pad = squeal.Component(spring, [1], [2], load=[-100.0])
-    law = {"area": 1e-4, "exponent": 0.5, "reference": 1e6}
-    contact = squeal.Contact(("disc", "pad"), [(1, 1)], [0, 0, 1], stiffness, **law)
+    contact = squeal.Contact(
+        ("disc", "pad"), [(1, 1)], [0, 0, 1], stiffness, area=1e-4, exponent=0.5, reference=1e6
+    )
     assembly = squeal.assemble([disc, pad], [contact], {"mu": 0.0, "contact": factor})
     return assembly.seats[0].summary()["force"]
 
@@ -102,3 +105,25 @@ def test_a_pair_that_stays_closed_while_it_pulls_keeps_its_line():
     forces, slopes = laws.unit_forces(np.array([0.5, -0.25]))
     assert forces.tolist() == [5.0, -5.0]
     assert slopes.tolist() == [10.0, 20.0]
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("stiffness", "abc"),
+        ("stiffness", None),
+        ("stiffness", [[1.0, 2.0], [3.0]]),
+        ("gap", 1j),
+        ("gap", None),
+        ("tangential", None),
+        ("normal", "up"),
+    ],
+)
+def test_what_is_no_number_of_a_contact_is_refused_by_its_key(key, value):
+    disc = squeal.Component(squeal.System([[1.0]], K=[[1e6]], name="disc"), [1], [2])
+    pad = squeal.Component(squeal.System([[1.0]], K=[[1e6]], name="pad"), [1], [2])
+    bonded = squeal.Contact(("disc", "pad"), [(1, 1)], [0, 0, 1], 1e6, bonded=True)
+    changes: dict[str, Any] = {key: value}
+    contact = replace(bonded, **changes)
+    with pytest.raises(InputError, match=f": {key}: "):
+        squeal.assemble([disc, pad], [contact])
