@@ -92,8 +92,8 @@ CONTACT = Group({
     "factor": Key("of the normal stiffness", FACTOR, default="contact"),
     "tangential": Key("stiffness across the normal", FACTOR, "as stiffness", default="0"),
     "gap": Key(
-        "between the nodes before the load, such as wear, whatever their coordinates; the column "
-        "gap adds to it", FACTOR, "m", default="0"),
+        "before the load, such as wear, whatever the coordinates; the column gap adds to it",
+        FACTOR, "m", default="0"),
     "exponent": Key("normal stiffness times (pressure over reference)^exponent",
                     EXPONENT, default="0"),
     "reference": Key("pressure at which the stiffness holds", POSITIVE, "Pa", default="1"),
