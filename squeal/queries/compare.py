@@ -366,12 +366,12 @@ def read_test(path: Path, coordinates: Coordinates | None) -> list[Mode]:
             continue
         damping = cells.pop(DAMPING, "")
         number = cells.pop("mode", "")
-        name = cells.pop("name", number).strip()
+        name = cells.pop("name", number)
         if not name or name in modes:
             raise (here / "name").must_be(name, "a name that no other line has")
         frequency = number_in(cells.pop("frequency_hz"), here / "frequency_hz", POSITIVE)
         ratio = None
-        if damping.strip():
+        if damping:
             ratio = number_in(damping, here / DAMPING)
         # all other columns, NODE:DOF, were left in `cells`
         shape = _read_shape(cells, here, entries, size)
@@ -405,9 +405,9 @@ def _read_shape(
         if entry is None:
             allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
             raise (here / head).must_be(head, allowed)
-        if cell.strip():
+        if cell:
             with suppress(ValueError):  # the entry remains NaN, which is refused below
-                shape[entry] = complex(cell.strip())
+                shape[entry] = complex(cell)
             if not np.isfinite(shape[entry]):
                 raise (here / head).must_be(cell, "a finite number such as 0.3 or 0.3+0.1j")
     return shape
