@@ -87,13 +87,13 @@ def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
     """The lowest eigenvalues (k,) of K x = s M x, k <= count, and vectors (n, k) with x' M x = 1.
 
     Where M is singular to rounding, M x = r (K + shift M) x with r = 1/(s + shift) is solved
-    instead, and the motions of rows without mass, r = 0, are left out. Raises LinAlgError if that
-    is no definite pair either.
+    instead, and the motions without mass are left out, whose r is rounding beside the largest.
+    Raises LinAlgError if that is no definite pair either.
     """
     from scipy.linalg import eigh
 
-    # by signs alone rounding would decide: a mass of 1e-17 has a fast mode if it is positive, and
-    # spoils the slow ones
+    # masses that are small only beside others count, hence the unit diagonal; of what is singular
+    # to rounding beyond that the signs of rounding would decide
     masses = np.linalg.eigvalsh(unit_diagonal(M))
     rank = rank_of(np.maximum(masses, 0.0))
     if rank == len(M):

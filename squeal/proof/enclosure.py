@@ -222,7 +222,7 @@ def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
 
 
 def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
-    """Discs (2n,) of both roots lambda = +-sqrt(-s) of each s in discs (n,).
+    """Discs (2n,) of both roots lambda = +-sqrt(-s) of each s in discs (n,), `real` that of s.
 
     |sqrt(z) - sqrt(c)| <= sqrt|c| - sqrt(|c| - r) = r / (sqrt|c| + sqrt(|c| - r)) for z in a disc
     of radius r <= |c| around c: with z = c (1 - w), |w| <= r / |c|, the left side is

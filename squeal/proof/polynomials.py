@@ -318,7 +318,8 @@ def _places_on_axis(factor: Polynomial, value: Value) -> list[Ball] | None:
 def _common_roots(even: Polynomial, second: Polynomial) -> list[Ball] | None:
     """Balls of roots of one of two polynomials of balls that may be roots of the other one too.
 
-    None where neither has simple roots.
+    None where of neither the leading coefficient differs from zero for sure and the roots can be
+    isolated.
     """
     for polynomial, other in ((second, even), (even, second)):
         if polynomial[polynomial.degree()].contains(0):

@@ -328,7 +328,7 @@ class Eigenvalues(Answer):
 
     @property
     def limit_hz(self) -> float | None:
-        """The frequency at which undamped modes coincide in one shape to rounding, None if none do.
+        """The first frequency at which undamped modes coincide to rounding in too few shapes.
 
         At such a root z fewer independent vectors x solve (z^2 M + z C + K) x = 0 than roots
         coincide: a motion t sin(omega t) is possible. The drift of a free body, at zero, is no such
