@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 ALL_OPEN = "all pairs open under the load; it must press the components together"
+UNSETTLED = "the contact is not settled: the search for its closed pairs ends"
 EXPONENT = Number(0.0, 0.99, low_allowed=True)  # at 1 a contact would be infinitely soft
 
 
@@ -549,7 +550,8 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     in addition, no approach changes by more than 1e-11 of itself.
 
     Raises InputError where all pairs stay open or nothing else holds the structure once they are
-    open, and ComputationError if it does not end in 100 steps and one more for each pair.
+    open, and ComputationError if it does not end in 100 steps and one more for each pair, or, with
+    an exponent, goes astray.
     """
     laws = pairs.laws
     is_nonlinear = laws.exponent.any()
@@ -569,12 +571,16 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
         # force at u = 0, where the approach is -gap, is a preload
         forces_without_approach = unit_forces - unit_slopes * approach  # exactly 0 of linear laws
         preload = closed * laws.factor * (forces_without_approach - unit_slopes * laws.gap)
+        if not np.isfinite(springs).all():
+            raise ComputationError(f"{UNSETTLED} with stiffnesses beyond double precision")
         try:
             displacements = _solve(A, load + pairs.push @ preload)
         except InputError:
-            if closed.any():
-                raise
-            raise InputError(ALL_OPEN) from None
+            if not closed.any():
+                raise InputError(ALL_OPEN) from None
+            if is_nonlinear and visited:  # what held the structure in the first step holds it
+                raise ComputationError(f"{UNSETTLED} with stiffnesses too far apart") from None
+            raise
         previous = approach
         approach = -laws.gap - pairs.normal @ displacements
         unit_forces, unit_slopes = laws.unit_forces(approach)
@@ -592,7 +598,7 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
             now_closed[later_pairs] = closed[later_pairs]
         visited.add(closed.tobytes())
         closed = now_closed
-    raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")
+    raise ComputationError(f"{UNSETTLED} with a set of closed pairs that keeps changing")
 
 
 def _solve(A: Matrix, right: Array) -> Array:

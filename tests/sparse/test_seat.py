@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csr_array
 
 import squeal
-from squeal.errors import InputError
+from squeal.errors import ComputationError, InputError
 from squeal.sparse.contact_seat import _JoinedPairs, _PairLaws, _seat
 
 
@@ -127,3 +127,16 @@ def test_what_is_no_number_of_a_contact_is_refused_by_its_key(key, value):
     contact = replace(bonded, **changes)
     with pytest.raises(InputError, match=f": {key}: "):
         squeal.assemble([disc, pad], [contact])
+
+
+@pytest.mark.parametrize(("load", "stiffness", "exponent"), [(1.0, 5.0, 0.99), (2.0, 4000.0, 0.7)])
+def test_a_search_that_goes_astray_blames_neither_supports_nor_numpy(load, stiffness, exponent):
+    """The pad is held by its contact, far from the reference: Newton's method goes astray."""
+    disc = squeal.Component(squeal.System([[4.0]], K=[[7.0]], name="disc"), [1], [2])
+    free = squeal.System([[1.0]], K=[[0.0]], name="pad")
+    pad = squeal.Component(free, [1], [2], load=[-load])
+    law = squeal.Contact(
+        ("disc", "pad"), [(1, 1)], [0, 0, 1], stiffness, exponent=exponent, reference=1e5
+    )
+    with pytest.raises(ComputationError, match="the contact is not settled"):
+        squeal.assemble([disc, pad], [law])
