@@ -38,6 +38,22 @@ if __name__ == "__main__":
     scatter.samples_of = work
     sys.exit(main(sys.argv[1:]))
 """
+INTERRUPTED_AT_THE_FIFTH_CHUNK = """
+import signal, sys
+
+if __name__ == "__main__":
+    from squeal.cli.main import main
+    from squeal.queries import sample_journal
+    append = sample_journal.append
+
+    def append_four(path, number, samples):
+        if number == 4:
+            signal.raise_signal(signal.SIGINT)
+        append(path, number, samples)
+
+    sample_journal.append = append_four
+    sys.exit(main(sys.argv[1:]))
+"""
 
 
 def test_results_come_in_the_order_of_the_tasks():
@@ -105,20 +121,17 @@ def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, monkeypatch, cap
     system = "K: [{matrix: [[1]], factor: a}, {matrix: [[-1]], factor: mu}]\n"
     (tmp_path / "one.yaml").write_text("parameters: {a: 1.0}\nM: [[1]]\n" + system)
     (tmp_path / "spreads.yaml").write_text("samples: 120\nspreads: {a: {within: 0.5}}\n")
+    (tmp_path / "script.py").write_text(INTERRUPTED_AT_THE_FIFTH_CHUNK)
     journal = tmp_path / "run.jsonl"
     table = tmp_path / "table.csv"
     command = ["scatter", "one.yaml", "spreads.yaml", "--of", "growth", "--csv", table.name]
-    running = subprocess.Popen(
-        [sys.executable, "-m", "squeal", *command, "--workers", workers, "--journal", journal.name],
+    interrupted = subprocess.run(
+        [sys.executable, "script.py", *command, "--workers", workers, "--journal", journal.name],
         preexec_fn=INTERRUPTED,
         stderr=subprocess.DEVNULL,
     )
-    while not journal.exists() or journal.read_text().count("\n") < 4:
-        assert running.poll() is None
-        time.sleep(0.01)
-    running.send_signal(signal.SIGINT)
-    assert running.wait() == 130
-    assert journal.read_text().count("\n") < 120
+    assert interrupted.returncode == 130
+    assert journal.read_text().count("\n") == 1 + 4
     resumed = ended(capsys, *command, "--journal", journal.name), table.read_bytes()
     at_once = ended(capsys, *command), table.read_bytes()
     assert resumed == at_once
