@@ -428,9 +428,10 @@ def _dip_towards_axis(
         after.z[match.after].real,
         span * after.slopes[match.after].real,
     )
-    shares = np.linspace(0.0, 1.0, 17)
+    shares = np.linspace(0.0, 1.0, 17)  # of the step: its ends, and points between them
+    # from the axis, (17, roots): positive on the side where a root starts
     side = np.sign(start.real)
-    distances = side * np.polynomial.polynomial.polyval(shares, cubic).T  # (17, roots)
+    distances = side * np.polynomial.polynomial.polyval(shares, cubic).T
     at_ends = np.minimum(distances[0], distances[-1])
     least = distances.min(axis=0)
     closer = at_ends - least
@@ -574,11 +575,11 @@ def crossings_along(
     return inside, unconfirmed
 
 
-def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[float]) -> list[Event]:
-    """Where two roots meet on the imaginary axis, by rising value of the parameter: of an undamped
-    reduced system whose real matrices depend on the frequency of each root.
+def coalescences(reduction: DispersiveReduction, values: Sequence[float]) -> list[Event]:
+    """Where two roots meet on the imaginary axis, by rising value of the parameter.
 
-    With matrices frozen at omega two roots meet at a frequency omega_c(omega). If the matrices are
+    The reduced system is undamped, and its real matrices depend on the frequency of each root. With
+    matrices frozen at omega two roots meet at a frequency omega_c(omega). If the matrices are
     those at the frequency of the two roots, these meet where omega_c(omega) = omega; the secant
     method solves that from each frozen frequency. Two roots that meet at 0 Hz are no flutter, and
     are left out. The `residual` is the worst backward error of the reduced system's roots in the
@@ -592,7 +593,7 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
     for part in _frozen_parts(reduction):
         clusters = search(part.path_reduction.system, low, high).clusters
         for event in itertools.chain(*clusters):
-            # those at 0 Hz, and those that belong to other frozen frequencies
+            # left out: meetings at 0 Hz, and those nearer to another frozen frequency
             if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
             meeting = _at_own_frequency(reduction.system, event, part.omega, low, high)

@@ -252,7 +252,7 @@ def _located_among_all(
     Of a band or region only crossings whose frequency lies inside are thresholds. step_ends: values
     of the parameter at which steps of the search end; roots: the selected roots at a value.
     """
-    # steps end where an earlier list was refuted: the search may have missed fast roots
+    # `step_ends` are the values at which an earlier list was refuted: it may have missed fast roots
     was_refuted = bool(step_ends)
     of_all_roots = thresholds(system.balanced, high, step_ends, low, all_roots=was_refuted)
     doubts: list[str] = []
@@ -411,7 +411,7 @@ def _located_on_reduction(
     is_conservative = system.undamped and not system.C  # neither damped nor gyroscopic
     if isinstance(reduction, DispersiveReduction) and is_conservative:
         # each root at its own frequency stays on the axis until two coalesce
-        events = coalescences(reduction, name, values)
+        events = coalescences(reduction, values)
     elif not system.real or problem_class_of(matrices_of(reduction.system, values)) is DAMPED:
         events, unconfirmed = crossings_along(reduction, name, values, zero_roots, bordered)
     else:  # undamped: coalescences of the reduced system, which are not located on the full one
@@ -555,6 +555,7 @@ def _notes(
         notes.append("each root at its own frequency")
     if not system.real:
         notes.append("roots on the real axis, a static loss of stability, are not looked for")
+    # the list holds those of a band or region alone; a reduced system has no others
     if selection.rectangle is not None or located.reduction is not None:
         outside = _number_outside(located)
         count = "not looked for" if outside is None else f"{outside}"
