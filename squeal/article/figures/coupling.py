@@ -58,8 +58,9 @@ def _draw_modes(
 ) -> None:
     """Curves of each mode over mu (k,): its frequency above, its growth rates below.
 
-    values (k, 2n) in rad/s: columns 2j and 2j + 1 are the two eigenvalues of a mode, conjugates of
-    one growth rate or real numbers of two.
+    values (k, 2n) in rad/s, of n modes: columns 2j and 2j + 1 are the two eigenvalues of a mode,
+    conjugates of one growth rate or real numbers of two. Modes beyond those of `LOOKS` have no
+    curves.
     """
     pairs = np.split(values, values.shape[1] // 2, axis=1)
     for k, (look, pair) in enumerate(zip(LOOKS, pairs, strict=False), 1):

@@ -66,7 +66,10 @@ def _panels_of_conditions(record: QuasiStatic) -> tuple[MapPanel, MapPanel, MapP
 
 
 def _drawn(panels: Sequence[MapPanel], record: QuasiStatic, marks: Marks) -> Figure:
-    """Panels side by side with marks of pads; on the third, (c), the curve of the state."""
+    """Panels side by side with marks of pads.
+
+    The third one, (c), also has the curves `record.state`, pairs (alpha1, alpha2) in rad.
+    """
     with style():
         figure = Figure(figsize=(DOUBLE * len(panels) / 4, 2.3))
         grid = figure.subplots(1, len(panels), sharey=True)

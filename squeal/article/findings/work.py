@@ -108,6 +108,8 @@ class _Power:
         to_theta = np.array([1.0, 1.0, 1.0 / model.pad.w])[:, None, None]
         q = grid.states[:3] * to_theta  # (3, node, step)
         rates = grid.states[3:] * to_theta
+        # loads (F_x, F_y, M) of the contact without friction, of friction and of damping, each
+        # (3, node, step)
         normal = self._contact(model.replace(mu=0.0), q, rates, on[:, None])
         friction = self._contact(model, q, rates, on[:, None]) - normal
         C = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
@@ -118,7 +120,8 @@ class _Power:
         if not self.columns:  # the begin of the run: its first node, without works
             start = [grid.t[0, 0], *energies[:, 0, 0], 0.0, 0.0, 0.0]
             self.columns.append(np.array(start)[:, None])
-        works_before = self.columns[-1][5:, -1:]  # normal, friction, damping: the last three rows
+        # rows of a column: time, four energies, and the works of normal forces, friction, damping
+        works_before = self.columns[-1][5:, -1:]
         works = works_before + work.cumsum(axis=1)
         # the ends of the steps: their last nodes
         self.columns.append(np.array([grid.t[-1], *energies[:, -1], *works]))

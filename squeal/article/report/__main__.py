@@ -69,14 +69,16 @@ def table(module: Any, files: Mapping[str, Path]) -> str:
 def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, str]:
     """The text of each generated file by its name without .tex.
 
-    files: results by the name of their study; texts: of the paper, by the name of the file. Raises
-    InputError where a text states a sentence that no study checks; a study that was left out on
-    this machine checks none.
+    These are a file for each table, "captions" with the captions and numbers of figures and tables,
+    and "values" with what the macros of values print. files: results by the name of their study;
+    texts: of the paper, by the name of the file. Raises InputError where a text states a sentence
+    that no study checks; a study that was left out on this machine checks none.
     """
     sentences = checked(files)
     legends = captions()  # by the name of the figure or table
     source = where(Path())
     results = values.read(files.values()) | {"where": source}
+    # not if a study was left out on this machine, whose sentences are not checked then
     complete = not any(values.left_out(result) for result in results.values())
     for name, text in texts.items():
         check_order(text, name)

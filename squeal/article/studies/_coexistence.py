@@ -576,7 +576,7 @@ def compute(motion: str, scene: Scene) -> Stored:
     least = []
     contact_dampings, modal_dampings = LEAST_AT[motion]
     for a, zeta in itertools.product(contact_dampings, modal_dampings):
-        if DampedContact.of(with_law, a, zeta).growth >= 0.0:
+        if DampedContact.of(with_law, a, zeta).growth >= 0.0:  # of sliding: it is not stable
             continue
         least.append(least_at(with_law, a, zeta, "displacement"))
         if a == ENERGY_A:

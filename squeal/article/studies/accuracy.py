@@ -153,6 +153,7 @@ def _compiled(law: ContactLaw, contact: State) -> tuple[tuple[Any, int], ...]:
 
     from squeal.simulation.taylor import NAMES, equations
 
+    # pairs of a variable and its rate, the gaps of the contact points, and what is not needed here
     system, heights, _ = equations(law, contact)
     variables = [variable for variable, _ in system]
 
@@ -245,6 +246,7 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
             def gap(t: float, s: np.ndarray, edge: int = edge) -> float:
                 return float(gaps_at(s.tobytes())[edge])
 
+            # a gap above zero is open: an edge that touches separates as its gap rises through zero
             gap.terminal = True  # type: ignore[attr-defined]
             gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
             events.append(gap)
@@ -294,7 +296,7 @@ def with_fixed_step(scene: Scene, tolerance: float) -> Run:
             now += h
             steps += 1
             for edge, (gap, touches) in enumerate(zip(gaps(s), contact, strict=True)):
-                if (gap < 0.0) != touches:
+                if (gap < 0.0) != touches:  # below zero the edge is pressed into the surface
                     return Leg(now, s, edge, steps)
         return Leg(now, s, None, steps)
 

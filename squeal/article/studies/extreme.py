@@ -238,7 +238,12 @@ def pressed(share: float) -> Scene:
 
 
 def cases() -> Iterator[Case]:
-    """The cases of the suite, group by group."""
+    """The cases of the suite, group by group.
+
+    Each has its group, name and scene, and the function that computes its error: `compared` with
+    the second method, `drift` and `bounce_error` with closed forms. A case that must be rejected
+    also has a part of the message and the time in s.
+    """
     near = 1e-6
     right_angle = math.pi / 2
     changed: list[tuple[str, str, dict[str, Any]]] = [
@@ -280,6 +285,7 @@ def cases() -> Iterator[Case]:
     for share in (1e-9, 1e-6, 10.0):  # below 1e-11 rounding may hide a bounce
         name = f"B1, from {share:g} static depths"
         yield Case("bounces, both edges at once", name, dropped(share), bounce_error)
+    # other units: how many of them a unit of mass, of length and of time is
     units: dict[str, tuple[Model, tuple[float, float, float]]] = {
         "mass 1e-6": ("B1", (1e-6, 1.0, 1e-3)),
         "tonne, mm, s": ("B2", (1e3, 1e-3, 1.0)),

@@ -203,7 +203,11 @@ def full(scene: Scene) -> Full:
 
 
 def study(files: Sequence[Path]) -> MapRanges:
-    """The map about the scene of case (c) of model B2, whose pad the four cases share."""
+    """The map for the pad of case (c) of model B2, which the four cases share.
+
+    One parameter after the other takes the values of `VALUES`, while the other two keep those of
+    the scene; the spans `low` to `high` are taken over all combinations of the three.
+    """
     scene = read_scenes(files, ["b2-c"])["b2-c"]
     pad = scene.pad
     values_of_scene = {"h/w": pad.h / pad.w, "k2/k1": pad.k2 / pad.k1, "mu": pad.mu}
@@ -213,13 +217,14 @@ def study(files: Sequence[Path]) -> MapRanges:
         changed = values_of_scene | {name: value}
         return with_values(pad, changed["h/w"], changed["k2/k1"], changed["mu"])
 
-    printed, complete = _shares(pad)
+    printed, complete = _shares(pad)  # each of an axis for h/w, one for k2/k1 and one for mu
     sweeps = {}
     for axis, (name, values) in enumerate(VALUES.items()):
         # at each value, whether the printed and the complete conditions hold at each point of the
         # map
         holds = [bounds(with_other(name, v), _angles(CELLS)) for v in values.tolist()]
         other_axes = tuple(i for i in range(len(VALUES)) if i != axis)
+        # the first value, the last one, and `SPARSE` - 2 between them
         sparse = values[np.linspace(0, len(values) - 1, SPARSE).astype(int)]
         shares = equilibria(scene, with_other(name, sparse))
         sweeps[name] = Sweep(

@@ -237,13 +237,15 @@ def force_peaks(case: Case, line: bool) -> ForcePeaks:
 def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
     """A settled motion from its measures.
 
-    changes: how many of contact; full: share of time in full contact; line: the case is one of B2.
+    changes: how many of contact; full: share of time in full contact; line: the case is one of B2,
+    whose contact is a line. Then `case.first` and `case.second` are the ranges of the reaction R_n
+    and of its position delta, else those of the forces at the leading and the trailing edge.
     """
     lost = 1.0 - full if changes else 0.0
     airborne = case.shares.get(NONE, 0.0)
     peaks = force_peaks(case, line)
     position = case.second if line else None
-    # without any contact; if one edge alone is separated, the forces are numbers, 0 at that edge
+    # NaN: there is no contact at all; if one edge alone is separated, its force is 0
     if np.isnan(case.first.high):
         lost = 1.0
         airborne = 1.0
@@ -471,8 +473,8 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
         answer = periodic_motions(settled, ("mu", 0.0, GREATEST), windows=1)
         if answer.source is None:
             return Missing(answer.reason)
-        pad, cycle = answer.source
-        multiplier = decay(pad, cycle)
+        shooting, cycle = answer.source
+        multiplier = decay(shooting, cycle)
     except ComputationError as error:
         return Missing(str(error))
     thresholds = critical_friction(with_damping, GREATEST).points
@@ -483,9 +485,9 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
     own, *branch = _points(with_damping, [orbit_at_scene, *reversed(valid.orbits)])
     return Cycles(
         own=own,
-        airborne=airborne(pad, cycle),
+        airborne=airborne(shooting, cycle),
         decay=multiplier,
-        shift=float(abs(cycle.trivial - 1.0)),
+        shift=float(abs(cycle.trivial - 1.0)),  # `trivial`: the multiplier of a shift in time
         branch=tuple(branch),
         fold=min(orbit.value for orbit in valid.orbits),
         reaches=valid.reaches,

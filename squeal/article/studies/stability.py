@@ -122,7 +122,8 @@ def modes(scene: Scene, equilibrium: Equilibrium) -> Modes:
     """Pose and mode shapes at the scene's equilibrium."""
     analysis = analyse(scene)
     pad = scene.pad
-    lever = np.array([1.0, 1.0, pad.w])  # (x, y, w theta) from (x, y, theta)
+    # makes lengths (x, y, w theta) of (x, y, theta), whose sizes can be compared
+    lever = np.array([1.0, 1.0, pad.w])
     shapes = []
     for mode in mode_shapes(analysis.spectrum, lever):
         shape = lever * mode.shape
