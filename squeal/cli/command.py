@@ -359,7 +359,7 @@ def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
         if not given.json:
             return printed(reply.text())
         answer: JsonObject = {}
-        if reply.warnings is not None:
+        if reply.warnings is not None:  # of equilibria, see `Reply`
             answer["admissible"] = not reply.warnings
         answer |= reply.data()
     answer["warnings"] = shown_warnings
