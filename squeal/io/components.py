@@ -266,11 +266,15 @@ def _component(
 ) -> Component:
     """A component as its system `file` and the `keys` of the assembly describe it.
 
-    Raises InputError.
+    It is read in full, then gets what `keys` add, in this order: the data of its reduction, the
+    terms of its rotation, and its brake load. at: where the assembly names the component, for
+    messages; folder: that of the assembly, in which `keys` name files; values: of the assembly's
+    parameters, for the formulas of `keys`. Raises InputError.
     """
     coordinates = file.coordinates
     if coordinates is None:
         raise at.refuse("its system file has no coordinates; they are needed")
+    # `rows`, how many rows a component had before it was reduced, is 0 if it is a full one
     if file.assembly is not None and any(joined.rows for joined in file.assembly.components):
         raise (at / "file").refuse("joins reduced components; an assembly of full ones is allowed")
     body = Component(

@@ -156,7 +156,9 @@ class SystemFile:
 def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:
     """The system in a mapping of a file's form; matrix files are named relative to `folder`.
 
-    Raises InputError.
+    The steps: read the keys and the matrix files; bring the rows of all matrices into one order;
+    make the terms of M, C and K; leave out empty rows and those of supports; add damping. `at` is
+    the place of the mapping, for messages. Raises InputError.
     """
     keys = SYSTEM.read(document, at)
     parameter = swept_parameter(keys, at)

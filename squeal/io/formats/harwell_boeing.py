@@ -34,6 +34,8 @@ def read_harwell_boeing(path: Path) -> MatrixFile:
     symmetry = kind[1]
     rows, columns, count = map(int, sizes[:3])
     line_counts = lines[1].split()
+    # the fifth count is that of the lines of right-hand sides; a fifth line of the head has their
+    # format
     has_right_sides = len(line_counts) > 4 and int(line_counts[4]) > 0
     body = lines[5:] if has_right_sides else lines[4:]
     formats = lines[3]  # of pointers, of indices and of values, each in 16 columns

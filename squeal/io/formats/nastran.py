@@ -21,7 +21,8 @@ from squeal.io.formats.matrix_file import (
 DMIG_FORMS = {"1": "square", "2": "rectangular", "6": "symmetric", "9": "rectangular"}
 SQUARE = "1"
 SYMMETRIC = "6"
-NUMBER = re.compile(r"[+-]?\d\.\d+[ED][+-]?\d+")  # of OP4 in text, where none may stand between
+NUMBER = re.compile(r"[+-]?\d\.\d+[ED][+-]?\d+")
+"""A number of OP4 in text, where columns of fixed width follow each other without a blank."""
 SINGLE = {1: np.float32, 3: np.complex64}  # types of OP4 in single precision
 COMPLEX_TYPES = ("3", "4")  # single and double precision
 
@@ -144,16 +145,19 @@ def _dmig_entries(name: str, cards: list[list[str]]) -> list[tuple[str, ...]]:
 def read_op4(path: Path) -> NamedMatrices:
     """The matrices of an OP4 file, their names in capitals as Nastran writes them.
 
-    Those of a text file have the digits that are written, binary ones of single precision its bits.
+    How precise the entries are is stored with each matrix: `digits` are those of the numbers in a
+    text file; of a binary file of single precision the array has that type, although pyyeti reads
+    it as double.
     """
     with np.printoptions():  # the import of pyyeti changes how NumPy prints: change it back
         from pyyeti.nastran import op4
 
     with path.open("rb") as stream:
-        is_binary = b"\0" in stream.read(64)
+        is_binary = b"\0" in stream.read(64)  # no text holds zero bytes, every binary head does
     digits = None
     if not is_binary:
         digits = written_digits(match[0] for match in NUMBER.finditer(path.read_text("latin-1")))
+    # the third list holds the forms (square, symmetric, ...), the fourth the types of the numbers
     names, matrices, _, kinds = op4.load(str(path), into="list", sparse=True)
     named = []
     for name, matrix, kind in zip(names, matrices, kinds, strict=True):
