@@ -286,7 +286,8 @@ class Condensation:
         """The eigenproblem of the followed roots for M, C and K with derivatives dM, dC and dK.
 
         value: of the parameter. The terms of a matrix X that cancel have sizes of about |X| and
-        |value dX|, by which rounding of its entries is bounded.
+        |value dX|, by which rounding of its entries is bounded. Raises MatrixError where a root
+        passes through infinity, and FastRootGrowsError where a root that was left out grows.
         """
         pencil = self._pencil(matrices)
         try:
@@ -297,7 +298,7 @@ class Condensation:
             raise MatrixError(THROUGH_INFINITY)
         if not self._decay(self._fast_roots(pencil, subspaces)):
             raise FastRootGrowsError(THROUGH_INFINITY)
-        L, R, _ = subspaces
+        L, R, _ = subspaces  # (m, N) and (N, m), with L E R = 1
         M, C, K = (abs(X) + abs(value * dX) for X, dX in zip(matrices, slopes, strict=True))
         terms = self._pencil((M, C, K), of_terms=True)
         abs_R = np.abs(R)
@@ -306,6 +307,7 @@ class Condensation:
         A = _beyond_rounding(L @ pencil.F @ R, F_sizes)
         sizes = F_sizes + np.abs(L) @ terms.E @ abs_R @ np.abs(A)
         dF, dE = self._pencil(slopes, is_derivative=True)
+        # (F - z E) R x = 0 gives dz = y^H L (dF - z dE) R x, and z R x is R A x
         derivative = _beyond_rounding(
             L @ (dF @ R - dE @ R @ A),
             np.abs(L) @ (np.abs(dF) @ abs_R + np.abs(dE) @ abs_R @ np.abs(A)),

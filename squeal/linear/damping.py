@@ -275,8 +275,9 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
 def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
     """A sparse system with U U' added to C, or to K, by k more unknowns instead of a full matrix.
 
-    The unknowns w = U' q are defined by k more rows w - U' q = 0; the force is U w', or U w.
-    U has the shape (n, k).
+    The unknowns w = U' q are defined by k more rows w - U' q = 0 of K. In the first n rows the
+    force U U' q' of a damping is U w' with the time derivative w', and U in C; that of a stiffness
+    is U w, and U in K. U has the shape (n, k).
     """
     from scipy.sparse import block_array, csc_array, eye_array
 

@@ -293,6 +293,7 @@ def _invariant_subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -
         if norm <= 64 * EPS * size or norm > 0.9 * norm_before:
             break
         correction = solve(residual)
+        # only the part of the correction that is orthogonal to X turns the subspace
         X = np.linalg.qr(X - correction + X @ (X.conj().T @ correction))[0]
         norm_before = norm
     return X

@@ -72,10 +72,11 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     # marginal: errors hide whether a root grows
     may_change[damped] = damped_verdicts(A[damped], B[damped], shares[damped]) == MARGINAL
     # a pair and a real root may grow equally fast if their rates differ by no more than what the
-    # errors may move a triple root of the scaled matrix. An undamped pair and root grow only with a
-    # negative determinant, a damped pair beside two real roots with a positive one, too
+    # errors may move a triple root of the scaled matrix, the cube root of their share. Without
+    # damping det A is the product of the three s = -lambda^2: that of a conjugate pair is positive
+    # and the s of a growing real root negative, so that both occur together only if det A < 0
     may_tie = damped | (np.linalg.det(A) < 0.0)
-    matrices, _ = first_order(A[may_tie], B[may_tie])
+    matrices, _ = first_order(A[may_tie], B[may_tie])  # (k, 6, 6)
     values = np.linalg.eigvals(matrices)
     real_rate = np.where(values.imag == 0.0, values.real, 0.0).max(axis=1)  # 0 if none grows
     pair_rate = np.where(values.imag != 0.0, values.real, 0.0).max(axis=1)

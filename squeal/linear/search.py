@@ -65,15 +65,19 @@ class RequiredCrossing(NamedTuple):
 def required_crossings(
     below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[RequiredCrossing]:
-    """What has to cross the line between two values, so that the counts of growing roots agree.
+    """What has to cross the imaginary axis between two values, by the counts of growing roots.
 
-    Candidates are the pairs that grow on the side with more of them. For each pair that grows on
-    the other side, and so throughout, the candidate of the nearest frequency is left out.
+    Each pair and each real root that grows at one value and not at the other has to cross once, in
+    the sense of rising or falling values. The frequency of a pair's crossing is that of one that
+    grows on the side with more pairs. Each pair of the side with fewer grows on both sides: it
+    takes the candidate of the nearest frequency away.
     """
+    # above zero: that many more grow above than below
     pairs = above.unstable_count.pairs - below.unstable_count.pairs
     reals = above.unstable_count.reals - below.unstable_count.reals
     if pairs * reals < 0:
-        # two divergent roots that join to a growing pair, or come from one, cross nothing
+        # two divergent roots that join to a growing pair, or come from one, cross nothing: of one
+        # more pair and two real roots less (1, -2) remains (0, 0), of (1, -1) all
         joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs))
         pairs -= joined
         reals += 2 * joined
@@ -305,6 +309,7 @@ class _AdaptiveRefinement:
         start = 0
         for k in range(1, len(events)):
             p = (events[k - 1].value + events[k].value) / 2
+            # an event that may lie on either side of p is of neither part
             if any(event.interval[0] <= p <= event.interval[1] for event in events):
                 continue
             below, between, above = (self.continuation.at(x).growing_roots for x in (a, p, b))
@@ -569,7 +574,8 @@ def _count_persists(
     low, high = interval
     start = high if side > 0 else low
     width = max(high - low, _resolution(low, high))
-    # no further away, where another event may change the count
+    # 1e5 widths are enough for the count to become certain, and a millionth of the range is little
+    # enough that another event, which changes the count, hardly lies within it
     reach = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
     furthest = min(max(side * (limit - start), 0.0), reach)
     expected = continuation.at(limit).growing_roots
