@@ -560,9 +560,13 @@ def _couplings(matrices: Matrices, X: Floats, MX: Floats, floor: Floats, radius:
     """Bounds (k,) of |u' P(lambda) x_j| for |lambda| <= radius and all u with u' MX = 0, |u| = 1.
 
     Since u' MX = 0, each product A x_j of A = M, C or K counts only by what its least-squares fit
-    by the columns of MX leaves of it. |u| is the norm of a matrix N >= diag(floor).
+    by the columns of MX leaves of it, r. |u| is sqrt(u' N u) with a matrix N >= diag(floor), so
+    that |u' r|^2 is at most the sum of r_i^2 / floor_i.
+
+    X, MX (n, k): the basis, and M times it; floor (n,). `upper` makes room for the rounding of as
+    many operations as it is told, so that the result is a bound in spite of it.
     """
-    no_doubt = csc_array(matrices[0].shape)
+    no_doubt = csc_array(matrices[0].shape)  # zeros (n, n): the entries are exact
     total = np.zeros(X.shape[1])
     for A, power in zip(matrices, (2, 1, 0), strict=True):
         fit = np.linalg.lstsq(MX, A @ X, rcond=None)[0]

@@ -360,14 +360,16 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
                     quotient *= term.factor(Quotient(p, one))
                 except (ArithmeticError, ValueError):
                     return None
+            # the least common multiple of the denominators so far
             denominator *= quotient.denominator / denominator.gcd(quotient.denominator)
             parts.append((power, quotient, X.mid))
+    # the denominator, a polynomial in s and p without s, as one in p: where it is zero is a pole
     if _zeros_within(_of_parameter(denominator, 0), low, high):
         return None
     rows = [[0 * s] * terms.n for _ in range(terms.n)]
     for power, quotient, matrix in parts:
         factor = quotient.numerator * (denominator / quotient.denominator)
-        if terms.n * factor.degrees()[1] > MOST_DEGREE:
+        if terms.n * factor.degrees()[1] > MOST_DEGREE:  # degrees in s and p
             return None
         for i, j in np.argwhere(matrix).tolist():
             rows[i][j] += _exactly(float(matrix[i, j])) * factor * s**power

@@ -354,13 +354,16 @@ def _are_own_images(
 ) -> NDArray[np.bool_]:
     """For each part of the discs whether its mirror image meets no other part.
 
-    Then the roots in it are their own mirror images, as a set. `image_centres` and `image_speeds`
-    (n,) are those of the discs in the mirror.
+    Then the roots in it are their own mirror images, as a set. The mirror is the imaginary axis or
+    the real one; the caller gives `image_centres` and `image_speeds` (n,), those of the n discs in
+    the mirror: -conj(centres), or conj(centres). The radii are the same.
     """
+    # distances[i, j], label[i]: from the image of disc i to disc j, and the part that disc i is in
     distances = least_distance(
         image_centres[:, None] - S.centres, image_speeds[:, None] - S.speeds, half
     )
     label = labels(discs.parts, len(image_centres))
+    # "not above zero", so that discs without a finite radius may meet too
     may_meet = ~(distances - discs.radii[:, None] - discs.radii > 0.0)
     meets_others = may_meet & (label[:, None] != label)
     return np.array([not meets_others[part].any() for part in discs.parts])

@@ -156,6 +156,8 @@ class Terms:
             return self
         left = _null_vectors_last(M.transpose())[0]
         if len(self.C) == 1 and self.C[0].factor is None:
+            # of the motions without mass, damping has a matrix of its own, in the last rows and
+            # columns: its null vectors, without mass and damping, become the last coordinates
             damping = left.transpose() * _rational(self.balls["C"][0].mid) * right
             of_massless = flint.fmpq_mat(np.array(damping.tolist())[rank:, rank:].tolist())
             right *= _below_identity(rank, _null_vectors_last(of_massless)[0])
