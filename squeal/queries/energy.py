@@ -292,7 +292,9 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
             energy_of_mode = _energy_of_mode(group.terms, root)
             for i, term in enumerate(group.terms):
                 growth = energy_of_mode.growth_of_term(i)
-                # derivatives of root number k of the group by the relative size of the term
+                # derivatives (rad/s) of root number k of the group by the relative size of the
+                # term: with all other matrices held, and with those that follow the frequency
+                # moving on with the root
                 partial_slope = group.partial_slopes[f"term {i}"][k]
                 slope = group.slopes[f"term {i}"][k]
                 contributions.append(_contribution(mode, root, term, growth, partial_slope, slope))

@@ -189,6 +189,7 @@ def _eigenvalues_of_steps(swept: Sweep) -> Iterator[tuple[Step, Eigenvalues]]:
     """Each step of a sweep that has roots, with eigenvalues computed anew, which have vectors."""
     steps = [step for step in swept.steps if step.roots is not None]
     source = swept.source
+    # `prove=False`: the referee need not look at the roots, of which the vectors alone are used
     if isinstance(source, PadSource):
         for step in steps:
             yield step, pad_eigenvalues(source.scene.replace(mu=step.value), prove=False)

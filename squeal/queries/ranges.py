@@ -227,7 +227,8 @@ def _is_mixed(crossings: Sequence[Crossing], interval: Interval) -> bool:
 def _terms(term: SystemTerm, system: TermSystem) -> Iterator[Term]:
     """Convert a term of a system to terms of the referee: matrix times function of the parameter.
 
-    A modulus with a loss factor gives two, the elastic one and the imaginary one of the loss.
+    A modulus E (1 + i eta) with a loss factor eta gives two terms, E and i E eta. A modulus that is
+    imaginary as a whole has i in its matrix.
     """
     from squeal.proof.terms import Term
 

@@ -85,9 +85,10 @@ def _by_term(
 ) -> str | None:
     """The direction of a shape by the first term that turns with the shaft and sees the shape.
 
-    It sees the shape if more than `UNSEEN` of its energy is in the term, summed over all discs.
-    of_orbits: the direction of its orbits, if known. It is returned where no term sees the shape,
-    and in place of mixed and straight.
+    A term sees the shape if more than `UNSEEN` of the shape's energy is in the term, summed over
+    all discs. speed: of the shaft, rad/s; root: lambda, rad/s; shape (n,): its right vector;
+    of_orbits: the direction by the orbits of the nodes, None if it is not known. It is returned
+    where no term sees the shape, and in place of mixed and straight.
     """
     M, _, K = system.arrays({system.parameter: speed})
     # the larger one of twice the kinetic and twice the potential energy

@@ -214,7 +214,7 @@ def analyse_equilibrium(model: PadModel, equilibrium: Equilibrium, how: str) -> 
     at_friction = model.replace(mu=equilibrium.mu)
     linearisation = known_linearisation(at_friction, equilibrium.q, equilibrium.state)
     spectrum, judgement = roots_and_verdict(*linearisation.matrices)
-    accepted = linearisation.moved or equilibrium
+    accepted = linearisation.moved or equilibrium  # `moved`: the other one, or None
     return PadAnalysis(
         model=model.name,
         q=accepted.q,
@@ -248,6 +248,7 @@ def spectra_of_pads(
         except InputError as error:
             spectra[number] = error
     if changed:
+        # by their index in the stack, the spectra of pads whose equilibrium lies on the branch
         on_branch = _spectra_of_stack(PadStack.of_scenes(scene, [*changed.values()]))
         for k, number in enumerate(changed):
             if k in on_branch:

@@ -374,8 +374,9 @@ def threshold_curves(
     # 1 at stable points, 0 at others: the level 0.5 passes halfway between two neighbours
     field = np.ma.masked_array(1.0 * stable, ~decided)
     traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
-    # (2, points) each: the ends of the line between two neighbours on which each traced point lies,
-    # as shares of both axes
+    # (2, points) each: a traced point lies on a line between two neighbours, a stable and another
+    # one. These are the places of both, in rows for the first and the second axis, as shares from
+    # 0 to 1 of the axis
     shares_stable, shares_other = _ends_across(traced, stable)
     for _ in range(HALVINGS):  # bisection of all lines between neighbours at once
         middle = (shares_stable + shares_other) / 2
@@ -391,7 +392,8 @@ def threshold_curves(
     kinds[inside.contact != outside.contact] = "contact"
     kinds[outside.codes == BEYOND_FOLD] = "fold"
     stack = PadStack.of(scene, names, points)
-    equilibria, _ = stack.at_mu()
+    equilibria, _ = stack.at_mu()  # without the array that says where an equilibrium is unknown
+    # mass-normalised stiffness and damping (points, 3, 3)
     A, B = stack.matrices(np.arange(stack.n), equilibria)
     hertz = np.where(kinds == "flutter", stack.frequency_at_onset(A, B), 0.0)
     # `_ends_across` has put the points of all lines in one row: cut it into the lines again

@@ -99,6 +99,12 @@ def motion_rates(system: TermSystem, changes: Parameters) -> MotionRates:
         A small system (see `is_small`).
     changes : mapping
         Parameters that do not have the system's own values.
+
+    Returns
+    -------
+    MotionRates
+        |lambda|, rad/s: the least of roots that are not zero, the least of roots that oscillate
+        (the former if none does), and the greatest of all.
     """
     M, C, K = system.balanced.arrays(changes)
     pattern = (M != 0.0) | (K != 0.0)

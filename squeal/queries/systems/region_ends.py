@@ -87,7 +87,7 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
     """A sentence for each root whose error or rounding reaches over an end of a region."""
     doubts = []
     for root in roots:
-        error = root.error or 0.0
+        error = root.error or 0.0  # by the reduction, rad/s; a root of the full system has none
         of_growth, of_frequency = _distances_to_ends(root, region)
         if _lies_at_end(root, region):
             value = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"

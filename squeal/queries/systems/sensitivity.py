@@ -227,11 +227,13 @@ def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity
     There are no derivatives where the system is unstable from the start of the range, or nowhere in
     it. Raises ComputationError where several modes cross at once, or none crosses at that point.
     """
+    # a verdict in `GROWING` says that the system is unstable from the start of the range
     first = None if answer.verdict in GROWING else answer.first
     slopes: dict[str, NDArray] = {}
     if first is not None:  # first.mu is the value of the free parameter, whatever its name
+        # one crossing is passed, so that the list holds one dictionary
         (slopes,) = threshold_slopes(system, [(first.mu, first.frequency_hz)])
-    values = system.given
+    values = system.given  # the parameters with their values
     return Sensitivity(
         what="threshold",
         parameter=system.parameter,
@@ -348,7 +350,8 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     Reduction and digits leave open a part dP of P. Of r = y^H dP x, with the mode x and its left
     vector y, the size |r| is known and the phase is not. The smallest change of K with
     y^H dK x = r is dK = r y x^H / (|x| |y|)^2. It moves the crossing by s for a real r, by t for an
-    imaginary one, and by s cos(phase) + t sin(phase) for another: by (s^2 + t^2)^1/2 at most. Where
+    imaginary one (dK and i dK), and by s cos(phase) + t sin(phase) for another: by (s^2 + t^2)^1/2
+    at most. Where
     matrices follow the frequency, s and t include that the frequency of the crossing moves too.
 
     Parameters
