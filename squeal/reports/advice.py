@@ -212,7 +212,11 @@ def failed_attempts(answers: BrakeAnswers) -> list[str]:
 
 
 def remedy_table(answers: BrakeAnswers) -> Table:
-    """What to change: how much, what it costs, what it leaves and where stability is lost."""
+    """What to change: how much, what it costs, what it leaves and where stability is lost.
+
+    One row for each change that helps; a `_Row` has the name of the change, the amount that is
+    advised, the least one that suffices, and the effect of the advised one.
+    """
     spectrum = answers.eigenvalues
     unit = unit_of(answers.thresholds.source)
 
@@ -226,6 +230,7 @@ def remedy_table(answers: BrakeAnswers) -> Table:
         return f"{number(fastest.growth_rate, 3)} 1/s of {name}"
 
     def amount(row: _Row) -> str:
+        # brackets say that something grows at a lower value of the brake's parameter
         return f"({row.advised})" if row.effect.grows_below else row.advised
 
     def next_loss(row: _Row) -> str:

@@ -184,7 +184,7 @@ class Findings(BrakeAnswers):
 
     @property
     def loss(self) -> str:
-        """The first loss of stability, and how far the present value is from it."""
+        """The first loss of stability, and how far the parameter's present value is from it."""
         first = self.thresholds.first
         value = self.eigenvalues.value
         where = " within the band" if self.eigenvalues.extent else ""
@@ -199,7 +199,7 @@ class Findings(BrakeAnswers):
             return f"No loss of stability{where} up to {self.at(self.thresholds.high)}."
         what = first.kind
         whirl = self.whirl(first.mu, 1j * math.tau * (first.frequency_hz or 0.0))
-        if whirl:  # of a rotor
+        if whirl:  # forward, backward ..., of a rotor; empty of what does not turn
             what = f"{whirl} whirl begins to grow"
         line = f"Stability is first lost{where} at {self.at(first.mu)}: {what}"
         if first.frequency_hz:
