@@ -316,10 +316,11 @@ class Eigenvalues(Answer):
             return self._with_extent("Stable")
         if self.verdict == "marginal":
             reason = "no mode grows, not all decay"
-            if self.limit_hz is not None:
+            if self.limit_hz is not None:  # two undamped modes of one frequency
                 modes = f"modes at {self.limit_hz:.4g} Hz have one shape"
                 reason = f"to rounding on the limit of flutter, {modes}"
             return self._with_extent("Marginal") + f": {reason}"
+        # what is open: the signs of some roots (`self.open`), or all that the criterion says
         if self.open or self.criterion.startswith(OPEN):
             reason = self.open or self.criterion.removeprefix(OPEN)
             return self._with_extent("Open") + f": {reason}"
@@ -432,10 +433,11 @@ class Eigenvalues(Answer):
         head = f"{self.name}\n{self.conclusion}\n{self.beside}".rstrip()
         # the first note says what equilibrium or matrices were analysed: it stands above the table
         notes = []
-        if self.open and self.unstable:
+        if self.open and self.unstable:  # else the conclusion says it
             notes.append(self.open)
         notes += self.notes[1:]
         onset_is_unknown = all(mode.onset is None for mode in self.unstable)
+        # matrices that do not depend on the parameter have no onset
         if self.unstable and self.depends and onset_is_unknown:
             notes.append(f"from which {self.parameter} on: --sweep and `squeal thresholds` tell")
         return [head, *self.notes[:1], self.table(), count, self.growing, *notes]

@@ -108,12 +108,12 @@ class Map(Answer):
         return dict(zip(self.verdicts, shares.tolist(), strict=True))
 
     def table(self) -> Table:
-        # of each column its name, unit and values (n1, n2)
+        # name, unit and values (n1, n2) of each column that is not a parameter
         results = [("verdict", "", np.array(self.verdicts)[self.codes])]
         if self.quantity is not None:
             results.append(self.quantity)
         if self.admissible is not None:
-            results.append(("admissible", "", 1 * self.admissible))
+            results.append(("admissible", "", 1 * self.admissible))  # printed as 1 or 0
         names = [name for name, _, _ in results]
         first, second = self.axes
         grid = np.meshgrid(first.values, second.values, indexing="ij")
@@ -122,7 +122,8 @@ class Map(Answer):
             columns.append((parameter_heading(axis.name, names), unit, values))
         columns += results
         heads = [(name, unit) for name, unit, _ in columns]
-        cells = [values.ravel().tolist() for _, _, values in columns]  # of each column
+        # one row for each point of the map; the second parameter varies fastest
+        cells = [values.ravel().tolist() for _, _, values in columns]
         return Table(in_order(heads), list(zip(*cells, strict=True)))
 
     def parts(self) -> Sequence[str | Table]:

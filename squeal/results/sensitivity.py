@@ -206,13 +206,14 @@ class Sensitivity(Answer):
         >>> len(found.parts())
         2
         """
-        if self.condition is None or self.modes is None:
+        if self.condition is None or self.modes is None:  # of a threshold
             return [self.table(), self.note]
-        # at a distance d of a parameter (relative) from its value at a double root, eigenvalues
-        # differ by d^1/2 (Puiseux series), and their condition is d^-1/2: a relative change of
-        # 1 / condition^2 makes them coalesce
+        # If a parameter has to change by the share d to reach a double root, the two eigenvalues
+        # differ by about d^1/2 (Puiseux series), and their condition is about d^-1/2. Hence
+        # d = 1 / condition^2; an eigenvalue is near if d is at most `STEP`
         is_near = STEP * self.condition**2 >= 1.0
         lines = []
+        # one line for a conjugate pair, whose lower root has the same condition
         for i in np.flatnonzero(is_near & (np.imag(self.at) >= 0.0)).tolist():
             line = f"mode {self.modes[i]} coalesces with another one: it has no derivatives"
             if self.condition[i] < math.inf:
