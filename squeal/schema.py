@@ -632,6 +632,7 @@ def public(function: _Function) -> _Function:
 
     @wraps(function)
     def checked(*values: Value, **named: Value) -> Value:
+        # refuse unknown names, check and convert the arguments, then call `function` with them
         for name in named.keys() - parameters.keys():
             raise TypeError(
                 f"{function.__name__}: {name} is no argument; {suggestion(name, parameters)}"
