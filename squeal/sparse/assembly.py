@@ -446,6 +446,7 @@ def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: boo
         # the distance from the axis in m
         friction = f"({contact.friction}) / ({contact.speed})"
         forces = static.forces / pairs.radius
+        # forces across the sliding, by velocities across it
         dampers += _coupling(across, forces, across, friction, is_large)
     if contact.slope != "0":  # the default, of friction that does not depend on speed
         sliding = pairs.sliding

@@ -137,12 +137,14 @@ class BlockArnoldi:
         """
         H = np.zeros((self.size, self.applied), self._storage.dtype)
         end = 0
-        for coordinates in self._coordinates:  # block upper Hessenberg
+        # block upper Hessenberg: the columns of each further block are longer by a block
+        for coordinates in self._coordinates:
             start = end
             end += coordinates.shape[1]
             H[: len(coordinates), start:end] = coordinates
-        square = H[: self.applied].astype(np.result_type(H, float))
+        square = H[: self.applied].astype(np.result_type(H, float))  # in double precision
         theta, vectors = np.linalg.eig(square)
+        # V is orthonormal: |operator V x - theta V x| is the length of the lower rows of H times x
         residuals = np.linalg.norm(H[self.applied :] @ vectors, axis=0)
         return RitzPairs(theta, vectors, residuals)
 
@@ -175,6 +177,12 @@ def rough_roots_near(
         Of the random vectors from which the subspace starts.
     single : bool
         Compute in single precision, at half the time and memory.
+
+    Returns
+    -------
+    RoughRoots
+        The converged roots and the reach, up to which all roots are among them; other values within
+        `FARTHEST` radii; and the factor of P at the shift that was used in fact.
     """
     n = problem.n
     report_progress(f"factorising {n} rows at {shift:.6g}")
@@ -190,7 +198,7 @@ def rough_roots_near(
         return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
 
     start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK_SIZE)).astype(dtype)
-    most = min(MOST_COLUMNS, 2 * n)
+    most = min(MOST_COLUMNS, 2 * n)  # columns; the storage has room for one block beyond
     krylov = BlockArnoldi(companion, start, most + BLOCK_SIZE)
     for ritz in krylov.growing(most):
         sizes = np.maximum(np.abs(ritz.values), np.finfo(float).tiny)

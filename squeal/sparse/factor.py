@@ -246,8 +246,11 @@ def factorise(matrix: csc_array, single: bool = False, reusable: Factor | None =
     `reusable` is a factor of a matrix of the same pattern that is no longer needed: it may lend its
     ordering and its memory, and solves nothing afterwards.
 
-    Raises ZeroDivisionError if the matrix is exactly singular, by PARDISO if it is so to rounding,
-    and ComputationError if an entry is not finite.
+    PARDISO factorises matrices of at least `PARDISO_ROWS` rows if MKL is installed, SuperLU all
+    others.
+
+    Raises ZeroDivisionError if SuperLU finds the matrix exactly singular, or PARDISO finds it
+    singular to rounding; ComputationError if an entry is not finite.
     """
     if not np.isfinite(matrix.data).all():
         raise ComputationError("a sparse factorisation failed: an entry is not finite")
@@ -257,7 +260,7 @@ def factorise(matrix: csc_array, single: bool = False, reusable: Factor | None =
     elif matrix.dtype.kind not in "fc":  # solutions of integers would be cut off to integers
         rounded = matrix.astype(float)
     if rounded.shape[0] >= PARDISO_ROWS:
-        with suppress(ImportError):
+        with suppress(ImportError):  # by `_mkl`, where the library is not installed
             return _Pardiso(rounded, _mkl(), reusable)
     return Factor(rounded)
 
@@ -313,7 +316,7 @@ def factorise_at(
         return value, factorise(problem.at(value), single, reusable)
     # off the axes, on which roots lie
     shifted = value + 1e-6 * (1 + 0.5j) * (abs(value) or problem.frequency_scale or 1.0)
-    with suppress(ZeroDivisionError):
+    with suppress(ZeroDivisionError):  # in double precision, whatever `single` says
         return shifted, factorise(problem.at(shifted), reusable=reusable)
     raise ComputationError(
         f"lambda^2 M + lambda C + K is singular at and around {value:.6g}: M, C and K share a "

@@ -255,7 +255,7 @@ class FirstLook(Reduction):
         if self.is_complete and len(self.trained) > len(self.samples) and self.system.C:
             basis = ReducedBasis(self.system, self._residual_sketch(), self.region)
             around = self.region.surroundings
-            values_around = [z[around.contains(z)] for z in self._values_trained()]
+            values_around = [z[around.contains(z)] for z in self._add_trained_where_roots_jump()]
             basis.train(self.trained, values_around, self.roots)
             self.reduced_basis = basis if basis.size else None
         return self
@@ -318,16 +318,16 @@ class FirstLook(Reduction):
         F = (K - self.structures[k].shift * M).real
         return (F + F.T) / 2
 
-    def _values_trained(self) -> list[ComplexArray]:
-        """All roots of the projected problem at each of the `trained` values.
+    def _add_trained_where_roots_jump(self) -> list[ComplexArray]:
+        """Add values to `trained`, and return all roots (rad/s) of the projected problem at each.
 
-        Of one parameter values are added to `trained` in the middle between two where a root may
-        jump over the region and its surroundings: fewer roots are below them and more above, or the
-        reverse.
+        If one parameter varies, a value is added in the middle between two where a root may jump
+        over the region and its surroundings: fewer roots are below them and more above, or the
+        reverse. Then both halves are examined alike.
         """
         values = list(side_by_side(self._projected_values, self.trained))
         names = {name for changes in self.trained for name in changes}
-        if len(names) != 1 or {} in self.trained:
+        if len(names) != 1 or {} in self.trained:  # {}: the parameters as they are
             return values
         (name,) = names
         shortest = SHORTEST_INTERVAL * (self.trained[-1][name] - self.trained[0][name])
@@ -565,6 +565,8 @@ class FirstLook(Reduction):
             residuals=np.append(estimated.residuals[is_kept], [e.residual for e in inside]),
             errors=np.append(estimated.errors[is_kept], [e.rounding for e in inside]),
             corrected=np.append(estimated.corrected[is_kept], np.ones(len(inside), dtype=bool)),
+            # a vector q of all rows is q / scale in scaled coordinates, and V^T (q / scale) in the
+            # basis
             projected=kept_with_vectors.joined(
                 solved_roots.expanded(self.vectors.T / self.scaled.scale)
             ),

@@ -140,12 +140,13 @@ class ScaledSystem:
         self.terms: list[list[csc_array]] = []
         for terms in system.parts:
             self.terms.append([csc_array(term.matrix, copy=True) for term in terms])
-        self._zero = csc_array((self.n, self.n))
+        self._zero = csc_array((self.n, self.n))  # the matrix of a part that has no terms
         if scale is None:
             scale = _diagonal_scale(system, self.terms)
         self.scale = scale
         for A in itertools.chain(*self.terms):  # A_ij becomes scale_i A_ij scale_j
             A.sum_duplicates()
+            # of each stored entry its column; A.indices are their rows
             columns = np.repeat(np.arange(self.n), np.diff(A.indptr))
             A.data = A.data * self.scale[A.indices] * self.scale[columns]
 

@@ -203,17 +203,19 @@ class Reduction:
     def _corrected(self, problem: ScaledProblem, region: Rectangle) -> Roots | None:
         """The roots of the reduced system in a region, corrected by the factor of a sample.
 
-        None if no sample has left a factor, if the basis may miss a root of `self.region` (which
-        the contraction tells), or if corrections do not converge or lead to no root.
+        `region` may be a part of `self.region`. None if no sample has left a factor, if the basis
+        may miss a root of `self.region`, or if corrections do not converge or lead to no root. The
+        basis may miss one unless T of its complement contracts, see `Complement.contraction`.
         """
         if self._factorised is None:
             return None
+        # the parameters of the sample, the shift (rad/s), and the factor of the full P there
         changes, shift, factor = self._factorised
         M, C, K = self.system.at(changes)
         projected_P = shift * shift * M + K
         if C is not None:
             projected_P = projected_P + shift * C
-        # the F of the complement is P at that sample
+        # the F of the complement is the full P at that sample and shift; V' F V is the reduced one
         complement = Complement(
             basis=self.vectors,
             projected=projected_P,

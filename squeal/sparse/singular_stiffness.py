@@ -135,7 +135,8 @@ def without_zeros(scaled: ScaledSystem, values: Sequence[float]) -> ScaledSystem
     if not slow.size:
         return scaled
     problems = [scaled.at({name: value}) for value in values]
-    noise = STIFFNESS_ROUNDING * max(problem.norms[2] for problem in problems)
+    noise = STIFFNESS_ROUNDING * max(problem.norms[2] for problem in problems)  # of M, C and K: K
+    # combinations of slow motions on which no K exerts a force
     free, _ = _split_by_forces(slow, [problem.K @ slow for problem in problems], noise)
     count = free.shape[1]
     if count in (0, MOST_FREE):
@@ -143,6 +144,7 @@ def without_zeros(scaled: ScaledSystem, values: Sequence[float]) -> ScaledSystem
     # a motion of mass m and damping c has the roots 0 and -c / m. Rounding of K moves zeros by
     # sqrt(noise / m): a root up to there, c <= sqrt(noise m), counts as a second zero
     slight = math.sqrt(noise * problems[0].norms[0])
+    # X1: damping exerts no force on them; X2: the others
     X1, X2 = _split_by_forces(free, [p.C @ free for p in problems], slight)
     X1 = X1 * problems[0].frequency_scale ** 2  # so that M X1 has the size of K
 
@@ -154,7 +156,8 @@ def without_zeros(scaled: ScaledSystem, values: Sequence[float]) -> ScaledSystem
     scale = scaled.scale[:, None]
     X1_in_border = csc_array(np.hstack([X1, 0.0 * X2]) * scale) @ border
     X2_in_border = csc_array(np.hstack([0.0 * X1, X2]) * scale) @ border
-    free_rows = Term(border.T @ csc_array(free / scale).T @ rows)  # X' below P
+    # X' below P: any basis of all free motions serves
+    free_rows = Term(border.T @ csc_array(free / scale).T @ rows)
 
     unbordered = projected(system, rows, rows)  # P, with an empty border
     on_X1 = projected(system, rows, X1_in_border)  # its M is M X1, in columns of the border
