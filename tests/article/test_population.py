@@ -43,6 +43,14 @@ def test_sets_lie_within_physical_bounds():
         assert bound.low <= numbers[bound.name].min() <= numbers[bound.name].max() <= bound.high
 
 
+def test_no_more_sets_are_stored_than_are_drawn(tmp_path, capsys, monkeypatch):
+    """The loop over blocks of sets would go on for ever with empty ones."""
+    monkeypatch.setattr(population, "rows", lambda numbers: pytest.fail("computes sets"))
+    with pytest.raises(SystemExit):
+        population.main([str(tmp_path / "sets.csv"), "--sets", str(population.SETS + 1)])
+    assert f"there are {population.SETS} sets" in capsys.readouterr().err
+
+
 def test_what_is_stored_is_small_and_whole():
     assert sum(file.stat().st_size for file in (TABLE, DAMPED, SEARCHES)) < 200_000
     for row in ROWS:

@@ -692,6 +692,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", type=Path, metavar="FILE", help="holds a row a set")
     parser.add_argument("--sets", type=int, default=SETS, metavar="N", help="so many in all")
     given = parser.parse_args(arguments)
+    if given.sets > SETS:  # `drawn` makes no more
+        parser.error(f"--sets: {given.sets} is not allowed; there are {SETS} sets")
     stored = read(given.file) if given.file.exists() else []
     numbers = drawn()
     while len(stored) < given.sets:
