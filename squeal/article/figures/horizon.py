@@ -78,12 +78,14 @@ def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
             if horizon is not None:
                 axes.plot(run.stiffness, horizon, mark, color=colour, mfc="white", ms=4, mew=0.9)
             elif kind == "double" and run.window >= TOP:
+                # an arrow without text, from `TOP` upwards
                 axes.annotate(
                     "",
                     (run.stiffness, 2.2 * TOP),
                     (run.stiffness, TOP),
                     arrowprops={"arrowstyle": "->", "lw": 0.8, "shrinkA": 0, "shrinkB": 0},
                 )
+        # the mark in the legend, once for all runs
         axes.plot([], [], mark, color=colour, mfc="white", ms=4, mew=0.9, label=label)
     axes.set(xscale="log", yscale="log", xlim=(0.3, 3e8), ylim=(1e-2, 40.0))
     axes.set_xticks([10.0**n for n in range(0, 9, 2)])

@@ -194,7 +194,7 @@ def sketch(scene: Scene) -> Figure:
     c = scene.pad_model.c
     corner_of = corners(c)
     directions = towards_ground(c)
-    level = -c.h / c.w - FOOT
+    level = -c.h / c.w - FOOT  # of the surface, in half lengths above the mass centre
     with style():
         figure = Figure(figsize=(SINGLE, 2.75))
         axes = figure.add_subplot()

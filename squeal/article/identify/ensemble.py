@@ -116,7 +116,7 @@ def _results(segment: Segment, units: Units, measure: Measure | None, events: bo
     final = np.array(segment.end)
     time[segment.limit == Limit.FAILED] = np.nan
     final[:, ~valid] = np.nan
-    results = {
+    results = {  # a row for each motion
         "limit": segment.limit,
         "valid": valid,
         "ended": time,

@@ -80,6 +80,7 @@ def _measured_cases(
     stacks = [stacked(numbers, model, case, formulation) for case in CASES]
     states = np.array([starts(numbers, stack) for stack in stacks])
     measure = partial(measures, calm=False)
+    # rows (cases, n): of each motion in the arrays, -1 where it has no initial state
     arrays, rows = simulate_stacks(stacks, states, STOP, TOLERANCE, measure, workers)
     speed = speed_limit(numbers)
     for case, stack, rows_of_case in zip(CASES, stacks, rows.tolist(), strict=True):

@@ -195,7 +195,7 @@ def shortest_repetition(cycles: Cycles, cycle: Cycle) -> Cycle:
     period over `count`. `cycle` itself is returned where no shorter period is found.
     """
     changes = cycle.contacts
-    for count in (5, 4, 3, 2):
+    for count in (5, 4, 3, 2):  # the shortest possible period first
         part = changes[: len(changes) // count]
         if changes != part * count:
             continue
@@ -459,10 +459,15 @@ def both_planes(cycles: Cycles, boundary: Boundary, mu: float) -> BothPlanes:
     """
 
     def trace_over(parameter: int, start: Cycle) -> list[Cycle]:
+        """The boundary over one parameter and modal damping, to both sides of a cycle on it.
+
+        Parameters are indices of the unknowns of a cycle: `LOG_A`, `LOG_ZETA` or `MU`.
+        """
         critical = CRITICAL[boundary.kind]
         return trace(cycles, start, [parameter, LOG_ZETA], conditions, critical)
 
     def conditions() -> list[Condition]:
+        """What holds on a boundary beside the equations of a cycle."""
         return conditions_of(cycles, boundary.kind)
 
     def trace_other(
@@ -476,6 +481,7 @@ def both_planes(cycles: Cycles, boundary: Boundary, mu: float) -> BothPlanes:
         guess = nearest.x.copy()
         guess[parameter] = value
         try:
+            # on the line that both planes have in common: modal damping alone is free
             common, _ = cycles.solve(guess, [LOG_ZETA], conditions())
             return trace_over(other, common)
         except ComputationError:

@@ -138,7 +138,8 @@ class _Equations:
         """The load of the pressure k_c / width times penetration on the face; friction acts at the
         distance h from the mass centre.
 
-        gaps, arms: of the leading and the trailing edge, arms from the mass centre.
+        gaps, arms: of the leading and the trailing edge; a gap below zero is a penetration, an arm
+        is x + i y from the mass centre.
         """
         pad = self.pad
         leading, trailing = gaps

@@ -230,7 +230,11 @@ class CheckedBoundary(NamedTuple):
 
 
 def checked_boundary(scene: Scene, curve: BoundaryCurve) -> CheckedBoundary:
-    """Integrate the cycles of a stored boundary again."""
+    """Integrate the cycles of a stored boundary again.
+
+    The boundary is reported with the ranges of what the new cycles show, periods in ms. Closure is
+    the distance of the states at both ends of a period.
+    """
     cycles = [cycle_of(scene, point) for point in curve.points]
     extremes_of_cycles = [extremes(cycle) for cycle in cycles]
     closures = [float(np.abs(cycle.arc.end - cycle.state).max()) for cycle in cycles]

@@ -650,6 +650,7 @@ def study(files: Sequence[Path]) -> Onset:
         after={name: tuple(of_motion) for name, of_motion in rows.items()},
         cycles=cycles_of,
         other_damping={name: other_damping(motions[name], states[name]) for name in lasting},
+        # of the cycles of case (d)
         contact_damping={name: contact_damping(motions[name]) for name in CYCLES[1:]},
         spread=tuple(spread),
     )

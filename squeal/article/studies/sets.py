@@ -109,7 +109,7 @@ def ratios(points: Scene, line: Scene) -> dict[str, float]:
     sag = b2.F_n / b2.k1  # the length over which initial values and y0 count
     return {
         "h": b2.h / b2.w,
-        "I": b2.I / (b2.m * (b2.w**2 + b2.h**2) / 3.0),
+        "I": b2.I / (b2.m * (b2.w**2 + b2.h**2) / 3.0),  # over that of a rectangle 2 w by 2 h
         "k2": b2.k2 / b2.k1,
         "k3": b1.k3 / b1.k1,
         "k4": b1.k4 / b1.k1,
