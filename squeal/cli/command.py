@@ -53,7 +53,7 @@ class Source:
 
     def __init__(self, given: argparse.Namespace) -> None:
         self.given = given
-        self.matrices = changes(given)
+        self.matrices = changes(given)  # those of --change; `self.changes` are those of --set
         self.path = None if given.scene == "-" else Path(given.scene)
         self.at = Place("standard input" if self.path is None else given.scene)
         self.folder = Path(given.scene).parent

@@ -166,4 +166,4 @@ def _check_options(given: argparse.Namespace, subject: "Scene | SystemFile") -> 
     if given.test and not isinstance(subject, Scene):
         from squeal.queries.compare import read_test
 
-        read_test(given.test, subject.coordinates)
+        read_test(given.test, subject.coordinates)  # raises if the file cannot be used
