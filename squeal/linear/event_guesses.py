@@ -129,9 +129,9 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
 
     Re z is near the cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends, with
     t from 0 to 1. Its error is t^2 (1 - t)^2 times a constant. We assume that the greatest error,
-    in the middle of the step, is a tenth of the range of the cubic, or of `step.deviation` if that
-    is more. Without this guard damping that is negative for a ten-thousandth of the range would be
-    missed.
+    in the middle of the step, is a tenth of the range of the cubic, or of `step.deviation` (how far
+    the root is from where its slopes lead) if that is more. Without this guard damping that is
+    negative for a ten-thousandth of the range would be missed.
 
     Parameters
     ----------
@@ -145,12 +145,12 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
     float or None
         The share of the step at one such turn; None if there is none.
     """
-    c = step.real_cubic
+    c = step.real_cubic  # (4, m)
     with np.errstate(all="ignore"):
         # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2: q is -c2 -+ the root of the
         # discriminant, with the sign that does not cancel, and the zeros have the product c1 / 3 c3
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
-        t = np.stack([q / (3 * c[3]), c[1] / q])
+        t = np.stack([q / (3 * c[3]), c[1] / q])  # (2, m): both turns of each root
         extent = np.maximum(step.highest_real - step.lowest_real, np.abs(step.deviation.real))
         error = 1.6 * (t * (1 - t)) ** 2 * extent  # 1.6 / 16: a tenth at t = 1/2
         is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error

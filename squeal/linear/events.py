@@ -413,7 +413,8 @@ def bracket_by_sign(
     Bracket or None
         None if the sign is the same on both sides.
     """
-    smallest = 2 * float(np.spacing(max(abs(low), abs(high))))
+    smallest = 2 * float(np.spacing(max(abs(low), abs(high))))  # distance that is tried
+    # -1 and 1: the side; then the largest distance, the first one and the smallest one
     below, sign_below = _certain_sign(sign, at[0], -1, at[0] - low, half, smallest)
     above, sign_above = _certain_sign(sign, at[1], 1, high - at[1], half, smallest)
     if sign_below * sign_above > 0:
@@ -422,6 +423,7 @@ def bracket_by_sign(
         below = low
     if not sign_above:
         above = high
+    # the third field is the sign above: where that is not certain, the opposite of the sign below
     return Bracket(below, above, sign_above or -sign_below)
 
 
