@@ -231,9 +231,10 @@ def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency
     there is none.
     """
     t = run.history["t"]
-    count = max(2, int(LAST * len(t)))  # one sample has no spectrum
+    count = max(2, int(LAST * len(t)))  # samples of the last part; one has no spectrum
     # a column for each force
     values = np.array([run.history[signal.name][-count:] for signal in forces]).T
+    # at 8 times as many frequencies as samples give, so that the curves are smooth
     frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
     kilohertz = frequencies[1:] / 1e3  # without the mean, at 0
     amplitudes = amplitudes[1:]
