@@ -218,6 +218,7 @@ class PadBranch:
             return None
         pivot, widest_half = best
         sense = 1.0 if direction[pivot] > 0.0 else -1.0  # of the pivot along the branch
+        # a multiple of `direction`, as `widest_half` is
         half_in_directions = min(widest_half, largest_half / float(np.linalg.norm(direction)))
         half = half_in_directions * abs(direction[pivot])  # in units of the pivot
         narrowest = NARROWEST * half

@@ -243,13 +243,13 @@ def _crossings(
     """
     sign = int(np.sign(rise))
     with flint.ctx.workprec(ZERO_PRECISION):
-        places = _places_on_axis(factor, value)
+        places = _places_on_axis(factor, value)  # angular frequencies of at least 0
         if places is None:
             return None
         if places == [0]:
             return [_Crossing(rise, 0.0)]
         crossing = places
-        if len(places) == 1:
+        if len(places) == 1:  # all pairs of the rise cross at the one place
             crossing = places * (abs(rise) // 2)
         else:
             speeds = [_speed(factor, place, value) for place in places]
