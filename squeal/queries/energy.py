@@ -354,6 +354,7 @@ def _groups_of_roots(answer: Eigenvalues, roots: Sequence[NumberedRoot]) -> Iter
         eigenvalues = [root for _, root in group]
         by_frequency = {name: frozen.derivative(name) for name in system.follows}
         partial_slopes = _slopes_of(terms, eigenvalues, by_frequency)
+        # the frequency of a root above the real axis moves as its imaginary part does
         slopes = at_own_frequency(system, partial_slopes, frequency_slope=np.imag)
         yield _GroupOfRoots(group, terms, partial_slopes, slopes)
 

@@ -65,6 +65,7 @@ def assign_mode_numbers(
             spectrum = spectrum_at(step.value)
             paths.append(mode_numbers_at(spectrum, path_of_root, np.asarray(step.roots)))
     reference = values.index(numbered_at) if numbered_at in values else 0
+    # of each path that a root of some step lies on
     number_of = _number_of_paths(paths, reference, _by_frequency(steps[reference]))
     numbered = []
     for step, paths_of_step in zip(steps, paths, strict=True):

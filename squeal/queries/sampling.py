@@ -117,6 +117,7 @@ def _values_at(space: ParameterSpace, name: str, spread: Spread, probabilities: 
             place_of_range = Place("scatter", "spreads", name, kind)
             raise place_of_range.must_be(list(size), "two numbers, the lower one first")
         return low + (high - low) * probabilities
+    # half of an even range, or a standard deviation, in the parameter's unit
     width = space.step(name, size, is_share=kind == "relative", at=at)
     if kind == "within":
         return space.values[name] + width * (2 * probabilities - 1)

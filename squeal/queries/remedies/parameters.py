@@ -213,6 +213,7 @@ def keep_below(brake: Brake, outside: Thresholds | None) -> Bound | None:
     below_with_margin = rounded(lowest / IN_HAND, 4, math.floor)
     unit = unit_of(losses.source)
     one_percent = present / 100.0
+    # a change of the free parameter in steps of 1 % of its present value, none so far
     no_change = Change(spectrum.parameter, present, one_percent, "%", 0.0, unit)
     change = no_change.of(100.0 * (float(below) / present - 1.0))
     with_margin = no_change.of(100.0 * (float(below_with_margin) / present - 1.0))

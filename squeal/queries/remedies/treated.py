@@ -95,7 +95,7 @@ class TreatedBrake:
         self.is_reduced = structure.shape[0] > DENSE_ROWS
         self.searches_thresholds = brake.losses.low < brake.present and self.spectrum.depends
         self._basis: Array | None = None
-        # by the value of the free parameter
+        # by the value of the free parameter: M, C and K on the basis, and whether nothing damps
         self._projected: dict[float, tuple[MCK, bool]] = {}
         self._growing_outside: dict[float, int] = {}  # of the band, without treatment
 
