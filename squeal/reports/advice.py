@@ -114,6 +114,7 @@ def _treatment(answers: BrakeAnswers, cure: Cure) -> str:
     percents: list[float] = []
     for mode, meeting in treated_modes(answers, cure):
         amount = meeting.advised[cure]
+        # of the upper frequency, or of critical damping
         percent = 100.0 * amount / meeting.unit(cure)
         percents.append(percent)
         pair = pair_name(answers, mode)
@@ -121,7 +122,7 @@ def _treatment(answers: BrakeAnswers, cure: Cure) -> str:
             rise = f"{number(amount, 3)} Hz, {number(percent, 2)} % of its frequency"
             measures.append(f"{pair} by raising the upper one by {rise}")
         else:
-            if len(meeting.omega) == 2:
+            if len(meeting.omega) == 2:  # two real modes are behind the growing one
                 pair = f"both {pair}"
             measures.append(f"of {pair} by {number(percent, 3)} %")
     unnamed = len(measures) - NAMED
