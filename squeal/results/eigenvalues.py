@@ -339,7 +339,7 @@ class Eigenvalues(Answer):
             return None
         M, C, K = map(np.array, map(self.details.get, "MCK"))
         for root in self.eigenvalues:
-            z = root.value
+            z = root.value  # rad/s
             # two roots coincide if their distance is at most the rounding of both
             rounding = 2 * root.rounding + EPS * abs(z)
             coinciding_roots = np.sum(np.abs(self.values - z) <= rounding)
