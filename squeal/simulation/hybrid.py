@@ -360,6 +360,7 @@ def integrate(
             segment = integrator.run(contact, t, z, stop, dense)
         except ComputationError as error:
             raise ComputationError(f"after {instant(t)}: {error}") from None
+        # a segment may hold several motions side by side: here the only one has the index 0
         begin = t
         t = segment.t1[0]
         z = segment.end[:, 0]

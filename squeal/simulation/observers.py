@@ -183,11 +183,12 @@ class Grid:
         motion = self.steps.motion
         highest = np.fmax.reduce(counted_samples)
         highest = np.where(np.isnan(highest), -np.inf, highest)
-        greatest = np.fmax.reduceat(highest, self.first_steps)
+        greatest = np.fmax.reduceat(highest, self.first_steps)  # over the steps of each motion
         peaks = self.peaks(signal, counted_steps, greatest[motion])
         step = peaks.step
         widest = np.diff(self.shares).max()  # distance of samples, as a share of a step
         counts = self.steps.t[step] + self.steps.h[step] * (peaks.share + widest) >= begin[step]
+        # several peaks may be of one motion, which `at` takes one after the other
         np.fmax.at(greatest, motion[step[counts]], peaks.value[counts])
         return greatest
 
@@ -360,7 +361,7 @@ class Sliding:
         middle = low + (high - low) / 2
         while low < middle < high:
             states, _ = segment.at(np.array([middle]))
-            if states[0, 3] >= self._speed:
+            if states[0, 3] >= self._speed:  # x_dot, along the surface
                 high = middle
             else:
                 low = middle

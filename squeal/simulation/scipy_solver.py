@@ -17,8 +17,8 @@ _AT_ONCE = 2000.0  # natural time after which observers see the motion
 _LIMITS_BY_EVENTS = (Limit.TURNED, Limit.SURFACE_SPEED)
 """Limits that are events here, in their order."""
 _IMAGINARY = 1e-30  # step of a complex-step derivative
-_UPWARDS = 0.5
-_DOWNWARDS = -0.5
+_UPWARDS = 1.0  # through zero, of a function that an event watches
+_DOWNWARDS = -1.0
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class SciPyIntegrator(Integrator):
             return self.run(contact, t, state, turning_time, dense)
         last = len(solution.t) - 1
         limit = Limit.NONE
-        point = np.empty(0, dtype=int)
+        point = np.empty(0, dtype=int)  # (1,) if a contact point changes at the end, else (0,)
         if solution.status == 1:  # an event, of which `_events` gives the order, has ended it
             event = next(i for i, times in enumerate(solution.t_events) if len(times))
             if event < len(touching):
