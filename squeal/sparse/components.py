@@ -352,6 +352,7 @@ class Component:
         is_held = False
         with suppress(ZeroDivisionError):  # K is singular: it is not held
             factor = factorise(inner_K)
+            # omega^2, and modes of unit modal mass
             squares, modes = _real_modes(inner_K, inner_M, factor, cutoff)
             # the stiffness of each mode, omega^2 |M|, must exceed rounding of K
             is_held = bool(np.all(squares * norm_of(inner_M) > rounding))

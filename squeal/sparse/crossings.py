@@ -760,7 +760,7 @@ def _linearised(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Linea
     """y^H P x and its derivatives at a guess with unit vectors x, y; `name` is that of p."""
     system = scaled.system
     x = guess.right
-    y = guess.left.conj()
+    y = guess.left.conj()  # so that y @ is the product with y^H
     root = complex(0.0, guess.omega)
     parameters = {name: guess.value, **system.frequency(guess.omega)}
     problem = scaled.at(parameters)

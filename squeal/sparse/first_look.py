@@ -245,7 +245,7 @@ class FirstLook(Reduction):
         middle = len(self.structures) // 2
         self.extend(self.structures[middle].modes(self.reach), DROPPED_PART)
         for _ in range(MOST_ROUNDS):
-            shares = self._add_corrections()
+            shares = self._add_corrections()  # errors of roots over |lambda|, at each sample
             self.error = max(shares)
             if self.error <= ONE_ROUND_ERROR:
                 break

@@ -414,6 +414,7 @@ def _scales(problem: ScaledProblem, sizes: Array, errors: Array) -> Array:
     with np.errstate(invalid="ignore"):  # K = 0: the root is 0
         of_slow_roots = least_size * (problem.frequency_scale / z)
         of_multiple_roots = problem.size(sizes) / (2 * z * mass + damping)
+        # `fmax` leaves out what is not a number: 0 / 0 of a root that is zero
         return np.fmax(np.fmax(sizes, of_slow_roots), of_multiple_roots)
 
 
