@@ -323,7 +323,7 @@ def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
     (x_dot, y_dot, w theta_dot) that is the acceleration, whose Euclidean norm counts.
     """
     steps = grid.steps
-    k = np.arange(1, len(steps.series))
+    k = np.arange(1, len(steps.series))  # powers from 1 on; series is (power, state, step)
     # k u^(k - 1) at the shares u of the samples, (sample, k), 0 for k = 0
     factors = np.pad(grid.shares[:, None] ** (k - 1) * k, ((0, 0), (1, 0)))
     slopes = np.tensordot(factors, steps.series, 1)[:, 3:]  # (sample, velocity, step), by u

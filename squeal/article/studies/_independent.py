@@ -110,6 +110,8 @@ class _Equations:
             turn = _rotation_less_one(angle)  # times a corner: how far rotation moves it
             force = complex(0.0, -(pad.F_n or 0.0))
             moment = 0.0
+            # stiffness, free length, the spring at rest from its fixed end to the corner, and the
+            # corner from the mass centre: the last two as x + i y
             for k, length, relaxed, corner in self.supports:
                 moved = z + turn * corner  # displacement of the corner
                 spring = relaxed + moved  # from its fixed end to the corner
