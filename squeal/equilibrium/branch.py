@@ -528,7 +528,8 @@ class _Front(NamedTuple):
         A step with an event that cannot be located may not be taken.
         """
         steps = _Corrected(*map(np.copy, corrected))
-        z, tangent, _, good = steps  # these arrays themselves: the loop below writes into them
+        # the arrays of `steps` themselves, without the slopes: the loop below writes into them
+        z, tangent, _, good = steps
         z[:, ~good] = self.z[:, ~good]  # steps that may not be taken have no length here
         event = np.full(good.size, Event.NONE)
         shares = np.linspace(0.0, 1.0, CHECKS + 1)
