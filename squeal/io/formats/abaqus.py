@@ -59,13 +59,14 @@ def read_abaqus(path: Path) -> MatrixFile | NamedMatrices:
 def _blocks(text: str) -> list[_Block]:
     """The matrices in a text: the lines before any keyword, then a block for each *MATRIX INPUT.
 
-    Raises ValueError for any other keyword.
+    The text has no comments, and blanks in place of commas. Raises ValueError for any other
+    keyword.
     """
     blocks = [_Block()]
     if "*" not in text:
         blocks[0].entries = text
         return blocks
-    # lines that begin with *, and what stands between them
+    # in turn what stands before a line that begins with *, and that line itself
     for part in re.split(r"(?m)^[ \t]*(\*.*)$", text):
         if not part.startswith("*"):
             blocks[-1].entries += part

@@ -84,7 +84,9 @@ def read_matrix_market(path: Path) -> MatrixFile:
         positions = indices.T - 1
     elif general:
         positions = np.array(np.unravel_index(np.arange(count), (rows, columns), order="F"))
-    else:  # the lower triangle column by column is the transposed upper one row by row
+    else:
+        # The lower triangle column by column is the transposed upper one row by row, so that rows
+        # and columns change places. The diagonal is left out of a skew-symmetric one
         positions = np.array(np.triu_indices(rows, int(skew)))[::-1]
     values = _values(entry_type, numbers)
     matrix, assumptions = sum_entries(path, positions, values, (rows, columns))
