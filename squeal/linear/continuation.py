@@ -680,6 +680,7 @@ def _without_free_motions(samples: Sequence[MCK]) -> tuple[Array, Array] | None:
     while len(M) < size_before:
         size_before = len(M)
         for _ in range(2):
+            # bases of what is left of the rows and of the motions
             rows, columns = _complement_of_free_motions(M, acting)
             # P' X Q becomes its transpose, for which P and Q change places; the second pass
             # changes them back

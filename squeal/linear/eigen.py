@@ -329,7 +329,7 @@ def _complete_vector(
         if is_driven:
             block = P[np.ix_(rows, rows)]
             solve = solver_near_singular(block, EPS * size)
-            vector[rows] = -solve(P[rows] @ vector, False)
+            vector[rows] = -solve(P[rows] @ vector, False)  # the block itself, not its adjoint
             vector /= np.abs(vector).max()
     vector /= np.linalg.norm(vector)
     # all entries within the component were divided by one number, which one entry shows

@@ -283,7 +283,7 @@ def window_guesses(
     for _ in range(3):  # move `pair` to the closest approach itself
         if approach is None:
             return
-        centre, half_width = approach
+        centre, half_width = approach  # the centre counts from `pair.value`
         # from within a few widths of the window the extrapolation is good; a window as wide as an
         # eighth of the step needs none, as it is not missed
         if abs(centre) <= 4 * half_width or half_width >= length / 8:

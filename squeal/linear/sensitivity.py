@@ -208,6 +208,7 @@ def crossing_slopes(
     {'k': (2.0, 0.0)}
     """
     quotient = _quotient_at(singular, matrices)
+    # of what vanishes at the crossing, and of the root, see `_Rates`: by p, and below by each q
     rates_p = quotient.rates(by_p)
     slopes = {}
     for name, change in changes.items():

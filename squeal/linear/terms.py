@@ -115,8 +115,9 @@ class Term:
         if errors is not None:
             errors = (size or change)(errors)
         if rounding and size is not None:
-            # all entries may be off by `rounding`: of the map of a matrix of ones the largest entry
-            # is bounded by that of the map of n I, which is sparse (Cauchy and Schwarz)
+            # all entries may be off by `rounding`, so that the map of a matrix of ones is needed.
+            # Its largest entry is at most that of the map of n I, which is sparse: of |V|' X |V| by
+            # the inequality of Cauchy and Schwarz, (sum |v_i|)^2 <= n sum |v_i|^2
             n = self.matrix.shape[0]
             rounding *= float(size(n * eye_array(n)).max())
         return Term(change(self.matrix), factor or self.factor, self.digits, rounding, errors)

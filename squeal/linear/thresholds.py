@@ -156,6 +156,9 @@ def points_and_crossings(result: SearchResult) -> tuple[list[CriticalPoint], lis
 
     A crossing changes the verdict if it is the fastest of its cluster to begin or end growth of the
     kind that names the verdict. If no crossing of the cluster does that, all of them count.
+
+    Of each change of the verdict the fastest events of its cluster are looked up first; then each
+    event of each cluster becomes a crossing, and each change a critical point.
     """
     changes = [(change, _fastest_events(result, change)) for change in _verdict_changes(result)]
     crossings = []
