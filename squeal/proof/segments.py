@@ -455,9 +455,10 @@ def tallies_of_inverses(
     """What finite roots lambda do, by the `tallies` of their inverses z, or inverse squares, in the
     parts of the discs.
 
-    Re lambda = Re z / |z|^2 has the sign of Re z. Parts that may hold zero say nothing of their
-    roots. Of these eigenvalues `infinite` are zero at all matrices, as inverses of infinite roots;
-    the others may be roots of any size.
+    Re lambda = Re z / |z|^2 has the sign of Re z. In the result `high` bounds Re lambda if it is
+    above zero; of a `high` below zero, and of `low`, the sign alone holds. Parts that may hold zero
+    say nothing of their roots. Of these eigenvalues `infinite` are zero at all matrices: they are
+    inverses of infinite roots. The others may be roots of any size.
     """
     discs = moving_discs(S, half)
     distances = least_distance(S.centres, S.speeds, half) - discs.radii
