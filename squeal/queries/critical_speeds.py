@@ -263,7 +263,7 @@ class CriticalSpeeds(Answer):
         # a mode that grows counts as undamped
         amplification = 1.0 / (2.0 * max(damping_ratio, TINY))
         required = 0.17 * (1.0 - 1.0 / (amplification - 1.5))
-        if margin > 0.0:
+        if margin > 0.0:  # the critical speed is above the running one
             required += 0.1
         return abs(margin) < required
 
