@@ -230,7 +230,7 @@ class Shooting:
             J[6, :6] = across
             J[7] = orthogonal_to
             try:
-                if cycle.gap < CLOSED:
+                if cycle.gap < CLOSED:  # the distance of both ends of the motion
                     # along the branch all equations stay satisfied but the last, which rises by 1
                     tangent = np.linalg.solve(J, np.eye(8)[7])
                     return Point(cycle, tangent / np.linalg.norm(tangent))
