@@ -133,8 +133,11 @@ def _quad(coordinates: Array) -> _Shape:
 
 
 def _quad_with_middles(coordinates: Array) -> _Shape:
-    """Eight nodes (serendipity): (1 + r_i r) (1 + s_i s) (r_i r + s_i s - 1) / 4 at the corners,
-    (1 - r^2) (1 + s_i s) / 2 or (1 + r_i r) (1 - s^2) / 2 in the middles of the edges."""
+    """Eight nodes (serendipity), at the reference coordinates (r, s) of points (g, 2).
+
+    (1 + r_i r) (1 + s_i s) (r_i r + s_i s - 1) / 4 at the corners,
+    (1 - r^2) (1 + s_i s) / 2 or (1 + r_i r) (1 - s^2) / 2 in the middles of the edges.
+    """
     r, s = coordinates.T
     values = []
     slopes = []

@@ -168,7 +168,7 @@ def roots_at_own_frequencies(
             if root is None:
                 root = RepeatedRoot(z)
                 reached.append(root)
-            root.from_above.add(omega > z.imag)
+            root.from_above.add(omega > z.imag)  # from which side of its frequency it was reached
             distance = SAME_SHARE * abs(z)
             if abs(z.imag - omega) <= distance:  # the matrices are frozen at the root's frequency
                 root.multiplicity = max(root.multiplicity, coincident)

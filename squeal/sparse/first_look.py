@@ -384,7 +384,7 @@ class FirstLook(Reduction):
         estimated = self.reduced_basis.estimate(changes)
         values = estimated.roots.values
         errors = estimated.errors
-        distances = self.region.distance(values)
+        distances = self.region.distance(values)  # beyond its sides, rad/s: below zero inside
         is_inside = self.region.contains(values)
         may_grow = values.real >= -DECAYED * errors
         may_be_inside = distances <= errors
