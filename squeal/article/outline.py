@@ -246,7 +246,7 @@ def mark_cases(axes: Axes) -> None:
 def draw_areas(axes: Axes, areas: Outline, colours: Sequence[str]) -> None:
     """Areas in the colours of their codes and the curves between them, of angles drawn over pi.
 
-    All polygons (k, corners, 2) have as many corners, in rad; `colours` has one for each code.
+    All polygons (k, 4, 2) are quadrilaterals, in rad; `colours` has one for each code.
     """
     for code in np.unique(areas.codes):
         polygons = areas.polygons[areas.codes == code] / np.pi

@@ -109,6 +109,7 @@ def _results(segment: Segment, units: Units, measure: Measure | None, events: bo
     """What `simulate_many` returns of the motions of a segment, in the units (n,) of their pads.
 
     A motion that does not reach its end has blanks in place of a final state and of measures.
+    measure, events: as `simulate_many` takes them.
     """
     n = len(segment.t0)
     valid = segment.limit == Limit.NONE
@@ -341,9 +342,10 @@ def simulate_damped(
     tolerance: float,
     measure: Measure | None = None,
 ) -> Arrays:
-    """Simulate damped pads of one model and formulation, see `simulate_many`.
+    """Simulate damped pads of one model and formulation.
 
-    pads: models of one pad each; states (n, 6): first states; stop: length of time.
+    pads: models of one pad each; states (n, 6): first states; stop: length of time, in the units of
+    the pads as all else; tolerance, measure and the returned arrays: as those of `simulate_many`.
     """
     first = pads[0]
     return simulate_many(

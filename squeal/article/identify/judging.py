@@ -40,7 +40,8 @@ def margins(
     """Margins (n, claims) of all claims on n parameter sets, and which (n,) motions are valid.
 
     A margin is NaN where a motion leaves the model or has no initial state, and for a claim about a
-    model left out. The claims may be arranged in another way than the article's.
+    model left out. numbers: the parameters (n,) of the sets by name; arrangement: which scene each
+    claim is about, if not the article's.
     """
     n = len(numbers["h"])
     measured: list[dict[str, Case | Linear]] = [{} for _ in range(n)]

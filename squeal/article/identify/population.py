@@ -402,7 +402,8 @@ def _mean_shares(
     end.
 
     lost: shares of time in which an edge is separated that touches in the equilibrium; apart: in
-    which any edge is separated. runs: by model; index: of the set.
+    which any edge is separated. runs: by model; repeat: which of the repeats of each motion; index:
+    of the set in the block.
     """
     points = block.equilibria["B1"]
     line = block.equilibria["B2"]
@@ -501,7 +502,8 @@ def _verdicts_when_locked(
 ) -> dict[str, str]:
     """The verdicts locked_line and locked_points of a set, see `VERDICTS`.
 
-    points, line: the motions with free rotation, a measured case each. A verdict is left out where
+    points, line: the motions with free rotation, a measured case each; repeat, index: which repeat
+    of the motions, and which set of the block. A verdict is left out where
     in none of them the line separates or an edge of the points loses its force, or where a motion
     with locked rotation did not go to its end.
     """

@@ -213,7 +213,7 @@ def cycle_after(cycles: Cycles, pad: DampedContact, state: np.ndarray) -> Cycle 
     """The cycle that a motion has settled to, None where no two of its separations repeat.
 
     Two states just after separations of the same edge, near each other, are a guess of a periodic
-    motion: the time between them is its period.
+    motion: the time between them is its period. state (6,): of the motion, in natural units.
     """
     integrator = flow(pad.law)
     passages = integrator.run(pad, state, OBSERVED).passages

@@ -192,7 +192,7 @@ def examined(scene: Scene) -> EquilibriumPoles | Missing:
     return EquilibriumPoles(
         contact=analysis.contact,
         R_n=analysis.R_n,
-        free=without_friction.R_n,  # of friction
+        free=without_friction.R_n,  # the reaction without friction
         theta=analysis.q[2],
         poles=rows,
         verdict=analysis.judgement.verdict,

@@ -285,7 +285,7 @@ def cases() -> Iterator[Case]:
     for share in (1e-9, 1e-6, 10.0):  # below 1e-11 rounding may hide a bounce
         name = f"B1, from {share:g} static depths"
         yield Case("bounces, both edges at once", name, dropped(share), bounce_error)
-    # other units: how many of them a unit of mass, of length and of time is
+    # sizes of the units of mass, length and time in those of the scene (kg, m, s)
     units: dict[str, tuple[Model, tuple[float, float, float]]] = {
         "mass 1e-6": ("B1", (1e-6, 1.0, 1e-3)),
         "tonne, mm, s": ("B2", (1e3, 1e-3, 1.0)),
