@@ -274,7 +274,7 @@ def _component(
     coordinates = file.coordinates
     if coordinates is None:
         raise at.refuse("its system file has no coordinates; they are needed")
-    # `rows`, how many rows a component had before it was reduced, is 0 if it is a full one
+    # `rows` is how many rows a component had before it was reduced, None of a full one
     if file.assembly is not None and any(joined.rows for joined in file.assembly.components):
         raise (at / "file").refuse("joins reduced components; an assembly of full ones is allowed")
     body = Component(

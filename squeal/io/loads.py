@@ -129,9 +129,10 @@ def _add_force(
     node: str,
     value: float,
 ) -> None:
-    """Add a force at a node to `load` (n,); a node that no row moves takes none.
+    """Add a force at a node to `load` (n,), in place; a node that no row moves takes none.
 
-    line: below *CLOAD, which names the direction. Raises InputError.
+    line: below *CLOAD, whose second cell names the direction; value: the force, N. Raises
+    InputError.
     """
     direction = DIRECTIONS[DOF.read(line.cells[1], line.at)]
     if direction in (NO_DIRECTION, FIXED):

@@ -22,7 +22,7 @@ DMIG_FORMS = {"1": "square", "2": "rectangular", "6": "symmetric", "9": "rectang
 SQUARE = "1"
 SYMMETRIC = "6"
 NUMBER = re.compile(r"[+-]?\d\.\d+[ED][+-]?\d+")
-"""A number of OP4 in text, where columns of fixed width follow each other without a blank."""
+"""A number of OP4 in text, where columns of fixed width may follow without a blank between them."""
 SINGLE = {1: np.float32, 3: np.complex64}  # types of OP4 in single precision
 COMPLEX_TYPES = ("3", "4")  # single and double precision
 
