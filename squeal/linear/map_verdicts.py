@@ -74,7 +74,8 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
     # a pair and a real root may grow equally fast if their rates differ by no more than what the
     # errors may move a triple root of the scaled matrix, the cube root of their share. Without
     # damping det A is the product of the three s = -lambda^2: that of a conjugate pair is positive
-    # and the s of a growing real root negative, so that both occur together only if det A < 0
+    # and the s of a growing real root negative, so that both occur together only if det A < 0. With
+    # damping they may occur whatever its sign
     may_tie = damped | (np.linalg.det(A) < 0.0)
     matrices, _ = first_order(A[may_tie], B[may_tie])  # (k, 6, 6)
     values = np.linalg.eigvals(matrices)

@@ -133,7 +133,7 @@ class Tabulated:
         return total
 
     def curvature(self, parameters: Parameters, name: str, low: float, high: float) -> float:
-        """A bound of |second derivative| by a parameter between two values of it.
+        """A bound of |second derivative| by the parameter `name` between two values of it.
 
         By the table's parameter each piece between two points of the table is a cubic: its second
         derivative is linear, so that it is greatest at an end. inf where the factor, too, depends

@@ -67,12 +67,12 @@ def required_crossings(
 ) -> list[RequiredCrossing]:
     """What has to cross the imaginary axis between two values, by the counts of growing roots.
 
-    Each pair and each real root that grows at one value and not at the other has to cross once, in
-    the sense of rising or falling values. The frequency of a pair's crossing is that of one that
-    grows on the side with more pairs. Each pair of the side with fewer grows on both sides: it
-    takes the candidate of the nearest frequency away.
+    Each pair and each real root that grows at one of the two values alone has to cross the axis
+    between them. The frequency of a pair's crossing is that of a pair on the side with more growing
+    pairs. A pair on the other side counts as growing on both sides: of the candidates the one
+    nearest to it in frequency is left out.
     """
-    # above zero: that many more grow above than below
+    # how many more grow above than below: crossings then have the direction 1, if fewer grow -1
     pairs = above.unstable_count.pairs - below.unstable_count.pairs
     reals = above.unstable_count.reals - below.unstable_count.reals
     if pairs * reals < 0:
