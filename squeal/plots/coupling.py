@@ -218,7 +218,8 @@ def _shade(panels: _Panels, spans: Sequence[Span]) -> dict[str, Artist]:
 def _spans(
     sweep: Sweep, thresholds: Thresholds | None, interval: tuple[float, float]
 ) -> list[Span]:
-    """Ranges of one verdict within the ends of the axis, neighbours of the same verdict joined.
+    """Ranges of one verdict within the `interval` of the axis, neighbours of the same verdict
+    joined.
 
     Thresholds bound them exactly; without these the steps of the sweep do.
     """
