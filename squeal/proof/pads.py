@@ -248,6 +248,7 @@ class _BranchComparison:
                 open_parts = []
                 seam = None
                 count = part.growing
+                # a lower bound of the friction at t = part.high, the end of the part
                 self.until = max(self.until, low_end(part.cell.at(flint.arb(part.high))[FRICTION]))
                 if self.until >= self.branch.high:
                     self.until = self.branch.high

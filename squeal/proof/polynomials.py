@@ -340,10 +340,10 @@ def _exactly(value: float) -> Value:
 
 
 def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
-    """det (M s^2 + C s + K), times a power of the common denominator of the factors.
+    """det (M s^2 + C s + K), each row times the common denominator of the factors.
 
-    None if a factor is no rational function of p or has a pole in the range, if entries have few
-    digits, and if the degrees are too large.
+    None if a factor is no rational function of p or has a pole in the range from low to high, if
+    entries have few digits, and if the degrees are too large.
     """
     ring = flint.fmpq_mpoly_ctx.get(("s", "p"), "lex")
     s, p = ring.gens()

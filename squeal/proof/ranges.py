@@ -217,7 +217,9 @@ class RangeProof:
         """The proof that so many roots of each component grow at all values of a gap.
 
         A component that is not proved over the whole gap is proved by steps from both ends, where
-        thresholds lie and steps must be short, to the middle.
+        thresholds lie and steps must be short, to the middle. The returned proof is the first one
+        that is open or refuted, else one that is proved. low, high: the ends of the gap; growing:
+        how many roots of each component.
         """
         middle = (low + high) / 2.0
         for number, component in enumerate(self.components):

@@ -356,7 +356,8 @@ def _are_own_images(
 
     Then the roots in it are their own mirror images, as a set. The mirror is the imaginary axis or
     the real one; the caller gives `image_centres` and `image_speeds` (n,), those of the n discs in
-    the mirror: -conj(centres), or conj(centres). The radii are the same.
+    the mirror: -conj(centres), or conj(centres). The radii are the same. half: half the length of
+    the interval.
     """
     # distances[i, j], label[i]: from the image of disc i to disc j, and the part that disc i is in
     distances = least_distance(

@@ -201,11 +201,13 @@ class Terms:
         return M, C, K
 
     def _expansion_of_sum(self, name: str, about_middle: Any, about_all: Any) -> Expansion:
-        """M, C or K, the sum of its terms; entries that are zero in all of them stay zero.
+        """M, C or K (the `name`), the sum of its terms; entries that are zero in all of them stay
+        zero.
 
-        The Taylor series are those of the parameter: about the middle of an interval to first
-        order, and about all values in it at once to the second. The coefficient f''/2 of the latter
-        bounds what a factor f has beyond first order, by d^2 (Lagrange's remainder).
+        `about_middle` and `about_all` are Taylor series of the parameter: about the middle of an
+        interval to first order, and about all values in it at once to the second. The coefficient
+        f''/2 of a factor f of the latter times d^2 bounds what f has beyond first order (Lagrange's
+        remainder).
         """
         zeros = np.zeros((self.n, self.n))
         values: list[Balls] = []
