@@ -277,8 +277,9 @@ def _effects(
 ) -> list[ParameterEffect]:
     """The effect of each parameter that is changed by its step, the strongest first.
 
-    outcomes: two for each parameter, lowered and raised; nominal: that with no parameter changed;
-    high: upper end of the range of the friction.
+    steps: by how much each parameter is changed, in its unit; outcomes: two for each parameter in
+    this order, lowered and raised; nominal: that with no parameter changed; high: upper end of the
+    range of the friction.
     """
     effects = []
     for name, lowered, raised in zip(steps, outcomes[::2], outcomes[1::2], strict=True):

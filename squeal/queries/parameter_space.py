@@ -216,7 +216,10 @@ class ParameterSpace:
     def _outcomes_of_pads(
         self, scene: Scene, changes: Sequence[Mapping[str, float]], high: float
     ) -> list[Outcome]:
-        """The outcome of each change of a pad: by the stack, or a query if the stack has none."""
+        """The outcome of each change of a pad: by the stack, or a query if the stack has none.
+
+        high: upper end of the range of friction in which stability may be lost.
+        """
         outcomes: dict[int, Outcome] = {}  # by number of the change
         changed: dict[int, Scene] = {}
         for number, values in enumerate(changes):

@@ -125,7 +125,7 @@ def _with_reason(statement: RangeStatement, proof: Proof | PadProof) -> RangeSta
 def _intervals_of(
     crossings: Sequence[Crossing], low: float, high: float, share: float
 ) -> list[Interval]:
-    """Disjoint intervals within the range that hold the crossings, ascending.
+    """Disjoint intervals within the range from low to high that hold the crossings, ascending.
 
     The interval of each crossing is widened to either side by a margin, see `_margin` also for
     `share`; those that overlap then are merged.

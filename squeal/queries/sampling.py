@@ -105,7 +105,11 @@ def parameters_at(
 
 
 def _values_at(space: ParameterSpace, name: str, spread: Spread, probabilities: Array) -> Array:
-    """The quantiles (n,) of a parameter's distribution at probabilities (n,) between 0 and 1."""
+    """The quantiles (n,) of a parameter's distribution at probabilities (n,) between 0 and 1.
+
+    spread: one kind and its size, such as {"relative": 0.05} or {"between": [0.2, 0.5]}. Raises
+    InputError if it does not fit the parameter.
+    """
     from scipy.special import ndtri
 
     ((kind, size),) = spread.items()

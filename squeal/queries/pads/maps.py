@@ -373,6 +373,7 @@ def threshold_curves(
     names = (axes[0].name, axes[1].name)
     # 1 at stable points, 0 at others: the level 0.5 passes halfway between two neighbours
     field = np.ma.masked_array(1.0 * stable, ~decided)
+    # without `corner_mask` a square of the map with an undecided corner has no curve at all
     traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
     # (2, points) each: a traced point lies on a line between two neighbours, a stable and another
     # one. These are the places of both, in rows for the first and the second axis, as shares from
@@ -389,7 +390,7 @@ def threshold_curves(
     inside = verdicts_at(scene, names, points)
     outside = verdicts_at(scene, names, _values_at(axes, shares_other))
     kinds = np.where(outside.codes == VERDICTS.index("divergence"), "divergence", "flutter")
-    kinds[inside.contact != outside.contact] = "contact"
+    kinds[inside.contact != outside.contact] = "contact"  # other points touch on the other side
     kinds[outside.codes == BEYOND_FOLD] = "fold"
     stack = PadStack.of(scene, names, points)
     equilibria, _ = stack.at_mu()  # without the array that says where an equilibrium is unknown

@@ -90,6 +90,8 @@ def find_meetings(
                 meetings[number_of_mode] = of_mode[0]
         if candidates and len(candidates) == len(spectrum.unstable):
             search = _Search(treated)
+            # which of the candidates is treated with how much of a cure, then with damping of one
+            # mode each
             search.choose(candidates)
             search.damp_one_of_each()
             meetings = search.meetings

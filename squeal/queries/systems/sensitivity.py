@@ -351,8 +351,8 @@ def _shift(scaled: ScaledSystem, reduced: Assembly | None, value: float, omega: 
     vector y, the size |r| is known and the phase is not. The smallest change of K with
     y^H dK x = r is dK = r y x^H / (|x| |y|)^2. It moves the crossing by s for a real r, by t for an
     imaginary one (dK and i dK), and by s cos(phase) + t sin(phase) for another: by (s^2 + t^2)^1/2
-    at most. Where
-    matrices follow the frequency, s and t include that the frequency of the crossing moves too.
+    at most. Where matrices follow the frequency, s and t include that the frequency of the crossing
+    moves too.
 
     Parameters
     ----------

@@ -250,7 +250,8 @@ def _located_among_all(
     """Locate the thresholds of a small system by following all its roots.
 
     Of a band or region only crossings whose frequency lies inside are thresholds. step_ends: values
-    of the parameter at which steps of the search end; roots: the selected roots at a value.
+    of the parameter at which steps of the search end; roots: a function that gives the selected
+    roots (m,), rad/s, at some parameters.
     """
     # `step_ends` are the values at which an earlier list was refuted: it may have missed fast roots
     was_refuted = bool(step_ends)
