@@ -513,7 +513,11 @@ class Group(Kind):
         return {self.short: value} if self.short and isinstance(value, str) else value
 
     def read(self, value: Value, at: Place, model: str = "") -> dict[str, Value]:
-        """The values of the keys that are given, in the order of the table. Raises InputError."""
+        """The values of the keys that are given, in the order of the table.
+
+        value: the mapping, or the word that may stand for it (`short`); at: its place, for
+        messages; model: that of the scene, which does not use every key. Raises InputError.
+        """
         entries = self.mapping(value)
         if not isinstance(entries, dict):
             raise at.must_be(entries, self.allowed)
