@@ -416,7 +416,7 @@ def _contact_springs(pairs: PairDirections, static: StaticContact, is_large: boo
     the normal, and the friction along sliding that the normal springs cause.
 
     The tangential springs act on small motions about the seat, also along sliding: only the static
-    solution of a sliding contact is without them.
+    solution of a sliding contact is without them. is_large: the matrices are sparse.
     """
     contact = pairs.contact
     tangential = static.closed * pairs.area * contact.tangential
@@ -436,7 +436,7 @@ def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: boo
     A small velocity across the sliding turns the direction of friction, which damps by mu N / v at
     the sliding speed v. A small velocity along it changes the coefficient of friction, which damps
     by (d mu / dv) N. The forces N hold the factor of the normal stiffness already, and are zero
-    where a pair is open.
+    where a pair is open. is_large: the matrices are sparse.
     """
     contact = pairs.contact
     dampers: list[Term] = []

@@ -121,7 +121,8 @@ def _frozen_parts(reduction: Reduction) -> Iterator[_FrozenPart]:
 def spectrum_with_slopes(
     system: System, name: str, value: float, roots: Roots, lifted: bool = False
 ) -> SpectrumAtParameter:
-    """The spectrum at a value of the parameter p: the given roots z (m,), and how p moves them.
+    """The spectrum at a value of the parameter p (its `name`): the given roots z (m,), and how p
+    moves them.
 
     With P = z^2 M + z C + K and P' = dP/dz = 2 z M + C, first-order perturbation theory gives the
     couplings (m, m) -y_i^H dP/dp(z_j) x_j / y_i^H P'(z_i) x_i: on the diagonal the slope dz/dp of
@@ -593,7 +594,7 @@ def coalescences(reduction: DispersiveReduction, values: Sequence[float]) -> lis
     for part in _frozen_parts(reduction):
         clusters = search(part.path_reduction.system, low, high).clusters
         for event in itertools.chain(*clusters):
-            # left out: meetings at 0 Hz, and those nearer to another frozen frequency
+            # left out: meetings at 0 Hz, and those beyond the neighbouring frozen frequencies
             if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
             meeting = _at_own_frequency(reduction.system, event, part.omega, low, high)

@@ -146,6 +146,8 @@ def roots_at_own_frequencies(
     that frequency. If several starts end at one root, its own frequency is added to the frozen
     ones, to learn its multiplicity: the matrices frozen there have the root itself, as often as its
     multiplicity, and as many starts end at it. Starts of several close roots end at different ones.
+
+    changes: parameters that do not have the system's own values.
     """
     system = reduction.system
     grid = frequencies(system, reduction.region)

@@ -308,7 +308,7 @@ def factorise_at(
     problem: ScaledProblem, value: complex, single: bool = False, reusable: Factor | None = None
 ) -> tuple[complex, Factor]:
     """The value at which P was factorised, and the factor: `value`, or a value close by if P is
-    exactly singular at `value`.
+    exactly singular at `value` (rad/s). single, reusable: as `factorise` takes them.
 
     Raises ComputationError if P is singular at the value close by as well.
     """

@@ -190,9 +190,10 @@ def scaled_problem(M: Matrix, C: Matrix | None, K: Matrix) -> ScaledProblem:
 
 
 def _diagonal_scale(system: System, matrices: list[list[csc_array]]) -> Array:
-    """Powers of two (n,), as scale, that give K + w |C| + w^2 M a diagonal between 1/2 and 2.
+    """The scale (n,) of rows and columns, powers of two, with which the diagonal of
+    K + w |C| + w^2 M lies between 1/2 and 2.
 
-    w is a median frequency. `matrices` are those of the terms of M, of C and of K. Raises
+    w is a median frequency, rad/s. `matrices` are those of the terms of M, of C and of K. Raises
     InputError for an empty row.
     """
     mass, damping, stiffness = _diagonal_sizes(system, matrices)

@@ -272,8 +272,8 @@ class _SweptStiffness:
 def singular_between(
     stiffness: _SweptStiffness, low: float, high: float, edge: float
 ) -> CrossingGuess | None:
-    """Where K is singular between two values of the free parameter: a guess with omega 0 and the
-    unit null vectors x, y of K.
+    """Where K is singular between the values low and high of the free parameter: a guess with
+    omega 0 and the unit null vectors x, y of K.
 
     By Newton's method on y' K(p) x = 0 from the middle, alternating with inverse iteration for x
     and y, until a step is at most 1e-3 of `edge`, half the width that the caller cuts out. None if
