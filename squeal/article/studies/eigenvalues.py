@@ -273,7 +273,7 @@ def closed_poles(loop: FrictionLoop, gains: np.ndarray) -> np.ndarray:
         return np.asarray(control.root_locus_map(-plant, gains=gains).loci)
     rows = []
     for mu in gains:
-        friction = control.ss([], [], [], mu * np.eye(count))
+        friction = control.ss([], [], [], mu * np.eye(count))  # a gain alone, without states
         rows.append(control.feedback(plant, friction, sign=1).poles())
     return np.array(rows)
 
