@@ -139,6 +139,7 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Search:
     touching = np.repeat(states, per_state * n, axis=1)
     starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     statics_of_tries = statics.pick(np.tile(np.arange(n), tries))
+    # without the derivatives
     z, _, balanced = statics_of_tries.solve_balance(starts, touching, passes=60)
     at_rest = np.zeros(3)  # the velocities
     with np.errstate(all="ignore"):  # tries that led to no equilibrium

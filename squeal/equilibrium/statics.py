@@ -129,6 +129,7 @@ def newton(
     last_change = np.full(k, np.inf)
     for passed in range(1, passes + 1):
         with np.errstate(all="ignore"):
+            # the step (m, j), where its matrix is regular (j,), and this matrix, pads last
             step, regular, J = step_from(present, going)
             if longest is not None:
                 excess = (np.abs(step) / take_columns(longest, going)).max(axis=0)
