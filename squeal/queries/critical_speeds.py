@@ -140,7 +140,7 @@ class CampbellDiagram:
                 f"over a range of speeds a frequency stays {order:g} times the speed: all of them "
                 "are critical, none is listed"
             )
-        # at both ends of such an interval the sign is rounding
+        # at both ends of such an interval the sign is rounding: NaN is no crossing below
         gaps[:-1][stays_at_multiple] = gaps[1:][stays_at_multiple] = math.nan
         crossings = []
         for k, rank in np.argwhere(gaps == 0.0).tolist():
@@ -242,9 +242,10 @@ class CriticalSpeeds(Answer):
     def is_near(self, critical_speed: CriticalSpeed) -> bool:
         """Whether a critical speed lies nearer to the running speed than API 617 allows.
 
-        The 7th edition requires a margin of 17 % (1 - 1 / (AF - 1.5)) of a critical speed below the
-        running one, and 10 % more of one above it. AF = 1 / (2 zeta) is the amplification factor of
-        a peak of damping ratio zeta. Below AF = 2.5, which is zeta = 0.2, it requires no margin.
+        For a critical speed below the running one the 7th edition requires a margin of
+        17 % (1 - 1 / (AF - 1.5)), for one above it 10 % more, as shares of the running speed.
+        AF = 1 / (2 zeta) is the amplification factor of a peak of damping ratio zeta. Below
+        AF = 2.5, which is zeta = 0.2, it requires no margin.
 
         Examples
         --------
