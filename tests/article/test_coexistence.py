@@ -205,6 +205,19 @@ def test_the_figure_says_up_to_which_contact_damping_both_are_stable(closes, wor
     assert figure.draw(record).alternative.count(words) == 3
 
 
+@pytest.mark.parametrize(
+    ("zetas", "closes"),
+    [((0.5, 0.5, 2.0), np.sqrt(10.0)), ((2.0, 4.0, 8.0), None), ((2.0, 0.5, 2.0), np.sqrt(10.0))],
+)
+def test_boundaries_close_where_the_upper_one_falls_below_the_other(zetas, closes, monkeypatch):
+    """It is 1 at all contact dampings. Below the other one from the start on it closes nowhere."""
+    monkeypatch.setattr(coexistence, "height_at", lambda curves, over, value: 1.0)
+    dampings = (0.1, 1.0, 10.0)
+    sliding = [coexistence.Point(a, 0.5, zeta) for a, zeta in zip(dampings, zetas, strict=True)]
+    found = coexistence.closing(sliding, [])
+    assert found is None if closes is None else found == pytest.approx(closes)
+
+
 def test_a_motion_that_is_not_finite_is_refused_beside_others_that_are():
     pad = DampedContact.of(scene("b1-d"), 0.2, 0.01)
     states = np.tile(pad.sliding, (3, 1))

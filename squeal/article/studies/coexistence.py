@@ -305,22 +305,24 @@ def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | Non
     """The contact damping at which the upper boundary falls below that of stable sliding.
 
     The ratio of the two modal dampings, `height_at` over `zeta` of the points, passes 1 there. It
-    is interpolated between points, log(ratio) linearly over log(a). None where it stays above 1.
+    is interpolated between points, log(ratio) linearly over log(a). None where it nowhere falls
+    through 1.
     """
-    # of the point before at which both boundaries exist: its contact damping, and log(ratio)
-    a_before: float | None = None
-    log_before = 0.0
+    # of the last point at which the ratio was at least 1: its contact damping, and log(ratio)
+    a_above: float | None = None
+    log_above = 0.0
     for point in sliding:  # in order of rising contact damping
         height = height_at(curves, "a", point.a)
         if height == 0.0 or point.zeta == 0.0:  # one of the boundaries does not exist
             continue
         log_ratio = float(np.log(height / point.zeta))
-        if log_ratio < 0.0 and a_before is not None:
-            # of the way from the point before to this one, in log(a)
-            share = log_before / (log_before - log_ratio)
-            return float(a_before * (point.a / a_before) ** share)
-        a_before = point.a
-        log_before = log_ratio
+        if log_ratio >= 0.0:
+            a_above = point.a
+            log_above = log_ratio
+        elif a_above is not None:
+            # of the way from that point to this one, in log(a)
+            share = log_above / (log_above - log_ratio)
+            return float(a_above * (point.a / a_above) ** share)
     return None
 
 
