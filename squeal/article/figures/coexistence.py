@@ -27,7 +27,7 @@ TITLES = {
     "b2-d-mean": "line (B2), as printed",
 }
 COEXISTING = "#E69F00"
-UNSTABLE = "0.6"
+UNSTABLE = "0.6"  # colours of areas: both stable, sliding unstable
 LOOKS: dict[str, dict[str, Any]] = {
     "fold": {"color": "#C8380E", "lw": 1.5},
     "torus": {"color": "#3B0F4A", "lw": 1.1, "ls": (0, (4, 1.5))},
@@ -42,7 +42,7 @@ WORDS = {
     "grazing": "an edge grazes",
 }
 HALO = [withStroke(linewidth=2.4, foreground="w")]
-FINE = 300
+FINE = 300  # abscissae at which areas are drawn
 CAPTION = r"""Where a stable cycle that loses contact coexists with stable sliding in case (d)
 (orange), over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top,
 reference friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom;

@@ -32,8 +32,8 @@ from squeal.simulation.run import Simulation, simulate
 
 ROUNDING = 1e-9  # share of the kinetic energy: less than that is no work
 # cells a side of maps without and with a search for equilibria
-GRID = 200
-COARSE = 24
+GRID = 200  # a side of maps without equilibria
+COARSE = 24  # a side of the map for which equilibria are searched
 
 
 @dataclasses.dataclass(frozen=True)

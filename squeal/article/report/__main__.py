@@ -23,7 +23,7 @@ from squeal.cli.streams import exit_code
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import write_text
 
-SAYS = re.compile(r"\\says\{([^{}]+)\}")
+SAYS = re.compile(r"\\says\{([^{}]+)\}")  # the name of a sentence that a study checks
 TEXTS = ("report.tex", "supplement.tex")
 
 

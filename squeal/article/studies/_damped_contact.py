@@ -45,8 +45,8 @@ from squeal.numerics.differentiation import complex_step
 from squeal.simulation.run import heyoka
 
 # of one motion and its derivatives, and of many motions side by side
-TOLERANCE = 1e-13
-BATCH_TOLERANCE = 1e-9
+TOLERANCE = 1e-13  # of a step of a single motion
+BATCH_TOLERANCE = 1e-9  # of a step of several side by side
 PARAMETERS = ("a", "zeta", "mu")
 """What a cycle may be continued over, in the order of `Flow` columns."""
 GAUSS = 1.0 / math.sqrt(3.0)  # two points integrate the cubic p (1 + a p') times its arm exactly
@@ -59,7 +59,7 @@ _A = _DECAY + 9
 _ZETA = _DECAY + 10
 _MU = _NAMES.index("mu")
 _V = _ZETA + 1  # speed of the surface
-_COUNT = _V + 1
+_COUNT = _V + 1  # of the runtime parameters
 
 
 def gap_rates(c: Coefficients, at: Pose, v: Number, turning: Number) -> Point:

@@ -33,6 +33,7 @@ SPREAD = {
 """Flat to square pads, springs of unlike size, soft to stiff contact, and springs that press with
 -y0 k1 over F_n."""
 SHAPES = {"h/w": (0.1, 0.3, 1.0), "k2/k1": (0.25, 1.0, 4.0), "mu": (0.1, 0.4, 0.9)}
+"""Values of each parameter at which the area of the printed conditions is outlined."""
 CELLS = 60  # a side of the maps of all combinations
 FINE = 80  # a side of the maps whose area is outlined
 # a side of the maps of equilibria, and the same for many sets

@@ -37,8 +37,8 @@ from squeal.queries.thresholds import critical_friction
 from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Shooting
 from squeal.simulation.observers import Shares
 
-RATIOS = (0.001, 0.005, 0.01, 0.02)
-RATIO = 0.005  # of the cycles
+RATIOS = (0.001, 0.005, 0.01, 0.02)  # damping ratios at which motions are observed
+RATIO = 0.005  # the one of them at which cycles are computed
 LATE = 40  # observation times after which a motion is observed
 LONGER = 150  # after which it is observed again if it goes on
 OBSERVED = 2  # observation times over which it is observed then
@@ -52,8 +52,8 @@ REPEATS = 3  # of motions that forget their start
 # by up to 0.012, since the time in which they are seen begins elsewhere in it
 UNLIKE = 0.0125
 FEW = 0.25  # share of the initial conditions: where fewer last, the impacts before decide which
-CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")
-GREATEST = 0.8  # largest mu on it
+CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")  # motions whose cycles are continued over mu
+GREATEST = 0.8  # mu, up to which they are continued
 NEAR = 1e-6  # of their size: returns this near are the same
 ROUNDING = 1e-4  # of a multiplier
 CONTACT = (1e-3, 1e-2, 1e-1, 1.0)  # s/m, of Hunt and Crossley's law
