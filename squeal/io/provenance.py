@@ -30,6 +30,7 @@ _TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?: +.*\n|\n)*", re.M)  # seen by ty
 SHOWING = ("squeal.plots", "squeal.io.shapes")
 """What draws answers, or writes shapes for other programs; these import each other as sources."""
 _LINE = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|.+)|import (.+))$", re.M)
+"""A line of an import: the module and the names that are imported from it, else the modules."""
 
 
 @cache

@@ -20,7 +20,7 @@ from squeal.schema import ANY, NOT_NEGATIVE, Group, Key, Number, Place, Several,
 
 OUTPUTS = ("events", "shares", "extrema", "response", "history")
 DEFAULT_OUTPUTS = ("events", "shares", "extrema")
-DEFAULT_TOLERANCE = 1e-15
+DEFAULT_TOLERANCE = 1e-15  # relative error of a step of a simulation
 OF_SYSTEMS = ("M", "K", "K0", "components")  # one of these tells a file of matrices from a scene
 
 # fmt: off
@@ -37,6 +37,7 @@ INITIAL = Group({
     "theta_dot": Key("rate of rotation", Number(), "rad/s", default="0"),
 }, short="from")
 COORDINATES = tuple(INITIAL.keys)[1:]
+"""x, y, theta and their rates, as the keys of `initial` name them: all keys but the first, from."""
 
 TIME = Group({
     "stop": Key("length of time", Number(low=0.0), "s", required=True),
