@@ -22,10 +22,10 @@ from squeal.numerics.oscillation import spectrum
 from squeal.plots.style import DOUBLE, STATE_COLOURS, Drawing, colours, origin, state_label, style
 from squeal.simulation.observers import LAST, Event
 
-POSITION = NORMAL_REACTION[1]
+POSITION = NORMAL_REACTION[1]  # the signal delta / w: where the resultant of the contact acts
 SHOWN = 1e-4  # of the largest amplitude: the foot of a spectrum
 STRONG = 0.01  # of the largest amplitude: lines above it set the range of frequencies
-_SCALES = {"F_n": "brake force", "w": "half length"}
+_SCALES = {"F_n": "brake force", "w": "half length"}  # by what signals are divided, in words
 
 
 class Interval(NamedTuple):
