@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # pads start without the solvers of systems
     from squeal.queries.systems.system_analysis import SystemAnalysis
     from squeal.sparse.reduction import Reduction
 
-MOST_CONDITIONS = 100_000
+MOST_CONDITIONS = 100_000  # that a grid may have
 TOLERANCE = 0.1
 """Modes of neighbouring conditions whose frequencies differ by a larger share are two modes."""
 UNLIKE = 1.0

@@ -27,6 +27,8 @@ FORWARD = "forward"
 BACKWARD = "backward"
 MIXED = "mixed"
 STRAIGHT = "straight"
+"""The direction of a shape: mixed where some parts whirl forward and others backward, straight
+where each moves to and fro."""
 UNSEEN = 1e-9  # of the energy of a shape: rows or terms with less do not decide its direction
 ROUND = 0.1  # of the area of a circle: an orbit of less, 20 times as long as wide, is straight
 STILL = 1e-6  # of the largest squared motion: the orbit of a node that moves less is not counted
