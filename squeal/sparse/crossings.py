@@ -52,12 +52,13 @@ from squeal.sparse.reduction import Reduction
 # When a match of roots of the reduced system is in doubt, and how many steps it may cost
 SHORTEST_STEP = 2.0**-40  # of the range
 MOST_SPECTRA = 1200  # values at which roots are computed; with so many no step is halved
-MISSED_SHARE = 0.25  # of a root's path: by so much its slopes may miss it if the match is right
-MISSED = 1e-4  # of |lambda|: ... or by so much, if the root is further off the axis
-LEAST_MISSED = 1e-8  # of |lambda|: ... or by so much in any case
+# how far from where its slopes lead a root may be for its match to be right
+MISSED_SHARE = 0.25  # of its path
+MISSED = 1e-4  # of |lambda|, of a root that is at least twice as far off the axis
+LEAST_MISSED = 1e-8  # of |lambda|, of any root: rounding
 REAL_SHARE = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
 SAME_SHARE = 1e-7  # relative: crossings closer than this are one
-NEWTON_STEPS = 20
+NEWTON_STEPS = 20  # to a crossing, at most
 STEPS_PER_FACTOR = 3  # steps of Newton's method: the later ones correct vectors by residuals
 STAGNANT_STEP = 1e-9  # relative to p: after all steps, one so small is rounding
 CONVERGED_STEP = 1e-12  # step relative to p and omega; its error is the square
