@@ -727,7 +727,7 @@ def _normalising(M: Array) -> tuple[Array, Array]:
     of M R.
     """
     try:
-        R = normalised_system(M, None, np.zeros_like(M)).T
+        R = normalised_system(M, None, np.zeros_like(M)).T  # the field T, with T' M T = 1
     except InputError:  # not symmetric, positive definite
         if not is_regular(M):
             raise MatrixError(THROUGH_INFINITY) from None
