@@ -170,6 +170,7 @@ def _first_order_form(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansi
     if not massless.all() and 0.0 < stiffness / mass < np.inf:
         rate = float(2.0 ** np.round(np.log2(stiffness / mass) / 2.0))
     A_value, B_value = companion(M.value, C.value, K.value, rate, massless=massless)
+    # slopes and remainders have no entries of one (`unit`)
     A_slope, B_slope = companion(M.slope, C.slope, K.slope, rate, unit=0.0, massless=massless)
     zeros = np.zeros(M.remainder.shape)
     A_remainder, B_remainder = companion(
