@@ -451,6 +451,7 @@ def _least_passing(
     searched together, since many changed pads take hardly longer than one. start: the factor before
     the first one.
     """
+    # by direction: a factor that does not pass, and a greater one that passes
     lows, highs = _first_intervals(directions, factors, passing, start)
     for _ in range(BISECTIONS):
         middles = {}
