@@ -59,7 +59,7 @@ class SciPyIntegrator(Integrator):
         model = self._model
         c = model.c
         inverse_m = 1.0 / c.m
-        w_over_I = c.w / c.I
+        w_over_I = c.w / c.I  # times the moment: the acceleration of w theta
         D = model.decay  # (3, 3), acts on the velocities of (x, y, w theta)
         damped = "damping" in model.terms
 

@@ -195,6 +195,7 @@ class Machine:
         goes on, then the limits, which end it."""
         code = self.code
         events = []
+        # expressions that pass zero upwards where a contact point changes
         for point, event_function in enumerate(rising(gaps, state_parameters(code.law))):
             contact_change = self.event(
                 event_function,
