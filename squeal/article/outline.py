@@ -155,7 +155,9 @@ def outline(
     as in the middle of its edge.
     """
     inner_x, inner_y = _shares(x, y, codes, codes_at)
-    # between the outermost grid points and the ends the map is as at those points
+    # between the outermost grid points and the ends the map is as at those points: a point is added
+    # at both ends of each axis. (n1 + 1, n2 + 2) and (n1 + 2, n2 + 1), where on each edge the code
+    # changes, as a share of the edge
     along_x = np.pad(inner_x, 1, mode="edge")
     along_y = np.pad(inner_y, 1, mode="edge")
     padded = np.pad(codes, 1, mode="edge")

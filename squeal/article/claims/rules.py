@@ -148,7 +148,7 @@ def trailing_edge_alone(case: Case) -> Outcome:
     """Where contact is lost, it is at the trailing edge; without a loss nothing contradicts it.
 
     If the leading edge is separated for a share of the time above `TOUCH`, the margin is minus that
-    share; else it is the share in which the leading edge touches, 1 but for `TOUCH`.
+    share; else it is the share in which the leading edge touches, at least 1 - `TOUCH`.
     """
     # shares of time in which the edges are separated
     leading = case.separated[LEADING] / case.duration

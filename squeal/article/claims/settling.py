@@ -60,7 +60,7 @@ def settled(scenes: Mapping[str, Scene]) -> Settled | None:
 
     None where no mode decays. The scenes have a time to stop at.
     """
-    modes = {}
+    modes = {}  # by scene: the real part (1/s) and the state of the mode that decays fastest
     for name, scene in scenes.items():
         mode = decaying(scene)
         if mode is not None:

@@ -58,7 +58,8 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
         if None not in values:  # B1 alone has forces at the edges
             axes.plot(mu, values, gid=edge, **look)
             _label(axes, mu, np.array(values), edge, SHIFTS[edge])
-    if cycles.own.leading is not None:  # on the line nothing else is drawn beside the sum
+    # of B2, which touches along one line, the sum is the only curve and needs no label
+    if cycles.own.leading is not None:
         _label(axes, mu, peak, "sum", 2.0)
     axes.plot(cycles.own.mu, cycles.own.peak, "o", mfc="none", mec="k", ms=5)
     high = 1.2 * peak.max()

@@ -74,6 +74,8 @@ def draw(record: Energy) -> Drawing:
     parts = []
     for name, motion in record.motions.items():
         if isinstance(motion, Motion) and motion.curves:
+            # works (J) of the contact law in the episodes in which it does positive work, and in
+            # those in which it does negative work
             gain = [episode.fed for episode in motion.working_episodes(1)]
             loss = [episode.fed for episode in motion.working_episodes(-1)]
             parts.append(

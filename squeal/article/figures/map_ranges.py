@@ -39,8 +39,14 @@ def map_ranges_figure(record: MapRanges) -> Figure:
             lower.plot(sweep.values, sweep.printed, "k-", label="(23a, b) as printed")
             lower.plot(sweep.values, sweep.complete, "k--", label="complete conditions")
             # equilibria are searched at some of the values alone
-            label = "equilibrium on the branch"
-            lower.plot(sweep.sparse, sweep.reached, "o-", color="#3498DB", ms=3, label=label)
+            lower.plot(
+                sweep.sparse,
+                sweep.reached,
+                "o-",
+                color="#3498DB",
+                ms=3,
+                label="equilibrium on the branch",
+            )
             lower.plot(
                 sweep.sparse, sweep.stable, "s-", color="#6A1B7B", ms=3, label="stable equilibrium"
             )

@@ -174,6 +174,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if i in stored:
             continue
         stored[i] = Lasting(i, lasting(some(numbers, slice(i, i + 1))))
+        # written after each set, so that an interrupted run goes on from there
         lines = [[str(k), stored[k].cases] for k in sorted(stored)]
         write_lines(given.file, Lasting._fields, lines)
         print(f"set {i}: {stored[i].cases}", flush=True)

@@ -111,7 +111,7 @@ def stacked(n: Numbers, model: Model, case: str, formulation: Formulation) -> Pa
 
 
 def starts(n: Numbers, pads: PadModel) -> np.ndarray:
-    """First states (n, 6) of pads, all at rest.
+    """First states (sets, 6) of pads, all at rest, from the numbers `n` of the parameter sets.
 
     Released pads are where their numbers say, the same in all four cases. Standing pads are in the
     equilibrium, without friction, of their own case on a disc that does not move yet; NaN where
@@ -166,6 +166,7 @@ def scenes_of(
     def scene(model: Model, case: str) -> Scene:
         """The scene of a model and a case."""
         pads = stacked(n, model, case, formulation)
+        # a scene refuses a formulation other than the default of a model that has no choices
         return Scene(
             model,
             single(pads, 0).pad.replace(V=speed),

@@ -349,7 +349,8 @@ def _grazing_near(cycles: Cycles, cycle: Cycle) -> Grazing | None:
     """The grazing next to a cycle, where the shortest excursion of one of its edges vanishes.
 
     An excursion of an edge lasts from one of its contact changes to the next. The guess is the
-    cycle from the middle of the shortest one; None where Newton's method does not come to it.
+    cycle with its start moved to the middle of the shortest excursion; None where Newton's method
+    finds no grazing from there.
     """
     period = float(cycle.x[PERIOD])
     shortest = np.inf

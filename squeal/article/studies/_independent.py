@@ -427,11 +427,12 @@ class _Run:
             if len(self.changes) > most:
                 raise ComputationError(f"more than {most} contact changes")
             remaining = (stop - self.t) - self.behind
-            if remaining <= 1e-15 * stop:
+            if remaining <= 1e-15 * stop:  # rounding of the time
                 return
             f = self.equations.acceleration(self.touching)
             limit = self.equations.longest(self.touching)
-            self.h = min(limit, 1.5 * self.h or limit)
+            self.h = min(limit, 1.5 * self.h or limit)  # 0 at the start, which gives the limit
+            # a step that is refused has shortened `self.h` for the next try
             while not self._try_step(f, min(self.h, remaining), limit):
                 pass
 
@@ -484,7 +485,7 @@ class _Run:
         else:
             self._accept(change.state, change.time)
             self._switch(change.point)
-            self.h = max(h, 1e-3 * limit)
+            self.h = max(h, 1e-3 * limit)  # h may have been divided to locate this change
         return True
 
     def _first_change(

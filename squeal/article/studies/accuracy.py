@@ -246,7 +246,8 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
             def gap(t: float, s: np.ndarray, edge: int = edge) -> float:
                 return float(gaps_at(s.tobytes())[edge])
 
-            # a gap above zero is open: an edge that touches separates as its gap rises through zero
+            # the integration ends where the gap rises through zero of an edge in contact, or falls
+            # through zero of one that is off
             gap.terminal = True  # type: ignore[attr-defined]
             gap.direction = 1.0 if contact[edge] else -1.0  # type: ignore[attr-defined]
             events.append(gap)

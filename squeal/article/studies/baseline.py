@@ -58,7 +58,8 @@ def _interval(count: int, total: int) -> tuple[float, float]:
 
 
 def judged(law: Formulation, sets: int) -> Law:
-    """Judge so many random sets under a law."""
+    """Judge so many random sets under a law: the share of each claim is of all sets, the numbers of
+    satisfied statements are of the sets with valid motions alone."""
     points = np.random.default_rng(SEED).uniform(size=(sets, len(DIMENSIONS)))
     table, valid = margins(decode(points), law)
     satisfies = table > 0.0  # (set, claim); a margin that is NaN satisfies nothing

@@ -356,6 +356,7 @@ def study(files: Sequence[Path]) -> Ensemble:
         counts=tuple(np.bincount(counts, minlength=len(INDEPENDENT) + 1).tolist()),
         median=int(np.median(counts)),
         most=max(counts),
+        # the table holds texts; a set whose shares are not known has empty ones
         lost=tuple((int(row.lost1), int(row.lost2)) for row in valid if row.lost1),
         apart=tuple((int(row.apart1), int(row.apart2)) for row in valid if row.apart1),
         searches=searches,

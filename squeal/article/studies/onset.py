@@ -507,34 +507,36 @@ class ValidPart(NamedTuple):
 
 
 def _valid_part(orbits: Sequence[Orbit], own: int) -> ValidPart:
-    """The part of a branch in which the surface is faster than the lower face, to both sides of the
-    cycle with the index `own`.
+    """The part of a branch in which the surface is faster than the lower face.
 
-    `reaches` is None if this is the whole branch. If it ends within the branch at both its ends,
-    `reaches` is the friction at the end with the greater index.
+    It extends from the cycle with the index `own` to both sides, up to the last cycle before one
+    whose face is as fast as the surface, or to the end of the branch. `reaches` is None if it is
+    the whole branch. If it ends within the branch to both sides, `reaches` is the friction at the
+    end with the greater index.
     """
     reaches = None
     begin = own
-    while begin > 0 and _face(orbits[begin - 1]) < 1.0:
+    while begin > 0 and _face_over_surface_speed(orbits[begin - 1]) < 1.0:
         begin -= 1
     if begin > 0:
         reaches = _friction_at_surface_speed(orbits[begin], orbits[begin - 1])
     end = own
-    while end < len(orbits) - 1 and _face(orbits[end + 1]) < 1.0:
+    while end < len(orbits) - 1 and _face_over_surface_speed(orbits[end + 1]) < 1.0:
         end += 1
     if end < len(orbits) - 1:
         reaches = _friction_at_surface_speed(orbits[end], orbits[end + 1])
     return ValidPart(list(orbits[begin : end + 1]), reaches)
 
 
-def _face(orbit: Orbit) -> float:
+def _face_over_surface_speed(orbit: Orbit) -> float:
     """Greatest speed of the lower face while it touches, over that of the surface."""
     return orbit.face or 0.0
 
 
 def _friction_at_surface_speed(slower: Orbit, faster: Orbit) -> float:
     """Where the face becomes as fast as the surface between two cycles, by linear interpolation."""
-    share = (1.0 - _face(slower)) / (_face(faster) - _face(slower))
+    slow = _face_over_surface_speed(slower)
+    share = (1.0 - slow) / (_face_over_surface_speed(faster) - slow)
     return slower.value + share * (faster.value - slower.value)
 
 

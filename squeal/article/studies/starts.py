@@ -179,12 +179,12 @@ def sentences(record: Starts) -> Mapping[str, bool]:
         return record.share(name, "permanent contact", 10)
 
     def hammering(name: str) -> float:
-        """The share of those that hammer in this time."""
+        """The share of the initial conditions whose motion hammers in this time."""
         return record.share(name, "hammering", 10)
 
-    points = [name for name in record.cases if name.startswith("b1")]
+    b1_cases = [name for name in record.cases if name.startswith("b1")]
     return {
-        "b1-permanent-contact-near-equilibrium": all(permanent(name) > 0.0 for name in points),
+        "b1-permanent-contact-near-equilibrium": all(permanent(name) > 0.0 for name in b1_cases),
         "b1-hammers-from-most-in-a-c-d": all(hammering(f"b1-{case}") > 0.5 for case in "acd"),
         "b2-c-hammers-from-all": hammering("b2-c") == 1.0,
         "b2-a-hammers-from-few-b-from-none": 0.0 < hammering("b2-a") < 0.15

@@ -51,7 +51,7 @@ def table(onset: Onset) -> str:
     for name, rows_of_motion in onset.after.items():
         for i, row in enumerate(rows_of_motion):  # a damping ratio each
             lively = row.liveliest
-            if lively is None:
+            if lively is None:  # no motion lasts: nothing to list
                 continue
             key = f"after.{name}.{i}"  # of the row in the result, by which its spread is listed
             reference = "yes" if row.own and row.own.goes_on else "no"

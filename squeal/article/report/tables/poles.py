@@ -17,7 +17,11 @@ magnitude."""
 
 
 def _row(name: str, loop: Loop) -> list[str]:
-    """The row of a loop: frequencies and damping of its modes, and its critical frictions."""
+    """The row of a loop.
+
+    It holds the frequencies (kHz) and damping ratios (%) of its modes, its critical friction about
+    the frozen equilibrium and about the one that follows friction, and its modulus margin.
+    """
     frequencies = [f"{pole.frequency_hz / 1e3:.2f}" for pole in loop.poles]
     ratios = []
     for pole in loop.poles:
