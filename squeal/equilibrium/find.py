@@ -87,19 +87,21 @@ def equilibrium_in_si(
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     """Starts (4, seeds, n) of Newton's method for n pads without friction.
 
-    They are z = (x, y, w theta, mu) in natural units: off the initial position by about the
-    displacement under the load, and by half of what `LIMITS` allow.
+    Each is z = (x, y, w theta, mu) in natural units, with mu = 0. They fill two grids around the
+    initial position: 45 lie about the displacement under the load away from it, or 10 times that
+    in tilt, and 27 half of what `LIMITS` allow.
     """
-    under_load = natural_units(statics.model).length * np.ones(n)  # displacement
+    displacement_under_load = natural_units(statics.model).length * np.ones(n)
     half_length = statics.model.pad.w * np.ones(n)
     senses = (0.0, -1.0, 1.0)
-    tilts = (0.0, -1.0, 1.0, -10.0, 10.0)  # w theta, in displacements under the load
+    tilts = (0.0, -1.0, 1.0, -10.0, 10.0)
+    # (45, 3): x, y and w theta in displacements under the load
     near = np.array([*itertools.product(senses, senses, tilts)])
-    wide = np.array([*itertools.product(senses, senses, senses)])
-    # half of the limits; travel is over the half length w, and a tilt times w is w theta
-    wide = wide * [LIMITS.travel, LIMITS.travel, LIMITS.tilt] / 2
+    # (27, 3): x, y and w theta in half lengths w, half of the limits, which are shares of w and rad
+    half_limits = np.array([LIMITS.travel, LIMITS.travel, LIMITS.tilt]) / 2
+    wide = half_limits * [*itertools.product(senses, senses, senses)]
     seeds = np.concatenate(
-        [near.T[:, :, None] * under_load, wide.T[:, :, None] * half_length], axis=1
+        [near.T[:, :, None] * displacement_under_load, wide.T[:, :, None] * half_length], axis=1
     )
     without_friction = np.zeros_like(seeds[:1])
     return np.concatenate([seeds, without_friction])
@@ -202,16 +204,17 @@ def frictionless_equilibria(statics: Statics, n: int) -> Equilibria:
     )
     touching = without_friction.gaps(z) < 0.0
     turns_back = statics.model.law.sign > 0.0
-    is_stiff = determinant_sign == -1.0  # the static stiffness has a positive determinant
+    # `solve_balance` gives the sign of det(-K), K the 3 x 3 static stiffness: -1 where det K > 0
+    is_stiff = determinant_sign == -1.0
     exists = balanced & is_stiff & without_friction.presses(z) & turns_back
     missing = np.flatnonzero(~exists)
     for start in range(0, missing.size, MOST):
         i = missing[start : start + MOST]
         least = _least_energy(without_friction.pick(i), i.size)
         exists[i] = least.exists
-        with_rest = i[least.exists]
-        z[:, with_rest] = least.z[:, least.exists]
-        touching[:, with_rest] = least.touching[:, least.exists]
+        found = i[least.exists]
+        z[:, found] = least.z[:, least.exists]
+        touching[:, found] = least.touching[:, least.exists]
     return Equilibria(z, touching, exists)
 
 

@@ -414,7 +414,7 @@ class Statics:
         K = self.stiffness(z, on)
         error = np.zeros(K.shape)
         with np.errstate(all="ignore"):
-            for i in range(3):
+            for i in range(3):  # x, y and w theta; mu is given, and has no rounding
                 moved = z.copy()
                 moved[i] += moved_by[i]
                 error += np.abs(self.stiffness(moved, on) - K)
