@@ -209,7 +209,7 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
     abs_y = np.abs(y)
     # |y|' |dP| |x|, how far the digits leave y^H P x open
     change = size**2 * products(abs_y, dM, abs_x)
-    change = change + size * products(abs_y, dC, abs_x) + products(abs_y, dK, abs_x)
+    change += size * products(abs_y, dC, abs_x) + products(abs_y, dK, abs_x)
     mass = products(y, M, x)
     with np.errstate(divide="ignore", invalid="ignore"):
         simple_bounds = change / np.abs(2 * z * mass + products(y, C, x))

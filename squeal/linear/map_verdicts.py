@@ -138,10 +138,12 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     a, b, c, discriminant, is_unresolved = invariants(entries)
     has_pair = discriminant.value < -discriminant.bound
     has_negative_product = c.value < -c.bound
+    # a is the sum of the roots, b that of their products by twos, c the product of all: if all
+    # roots are real, one is negative exactly if a, b or c is
     has_negative = has_negative_product | (b.value < -b.bound) | (a.value < -a.bound)
     without_pair = np.where(has_negative, DIVERGENCE, MARGINAL)
     codes = np.where(has_pair, FLUTTER, without_pair).astype(np.int8)
-    # with a pair the real root has the sign of c
+    # beside a complex pair, whose product is positive, the real root has the sign of c
     has_both = np.flatnonzero(has_pair & has_negative_product)
     unresolved = np.flatnonzero(is_unresolved)
     if len(has_both) or len(unresolved):

@@ -102,6 +102,7 @@ def links(
     open_after = np.flatnonzero(~step.same_mode.any(axis=0))
     is_doubtful = len(open_before) > 0 and len(open_after) > 0
     if is_doubtful and depth:
+        # roots that are nearly equal at both ends differ no more within a shorter interval
         close_before = _all_close(before.z[open_before])
         close_after = _all_close(after.z[open_after])
         middle = (a + b) / 2

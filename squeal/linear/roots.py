@@ -96,7 +96,8 @@ def root_rounding(
     distances = np.maximum(np.abs(values[:, None] - values), matrix_error[:, None])
     np.fill_diagonal(distances, np.inf)
     rounding = np.minimum(isolated, bound)
-    # only eigenvalues with others within reach share the error with these
+    # only eigenvalues with others within reach share the error with these; one at a distance of
+    # more than 1000 r would change r by less than a thousandth
     crowded = np.flatnonzero(rounding > 1e-3 * distances.min(axis=1, initial=np.inf))
     if not crowded.size:
         return rounding

@@ -135,7 +135,12 @@ def search(
 
 
 def _search(continuation: Continuation) -> SearchResult:
-    """As `search`, along a continuation."""
+    """All events along a continuation, and what shows whether one is missing, see `search`.
+
+    Spectra are computed at uneven values first. Steps between neighbouring values are refined, and
+    the events that these show are located and resolved into clusters. What grows is then counted
+    halfway between the clusters.
+    """
     low = continuation.low
     high = continuation.high
     count, budget = _affordable(continuation.size)
@@ -286,6 +291,7 @@ class _AdaptiveRefinement:
         edges = [low, *midpoints[1:-1], max(midpoints[-1], continuation.high)]
         resolved: list[Event] = []
         for a, b in itertools.pairwise(edges):
+            # an event that only the count shows may lie anywhere in its part: (a, b) once more
             resolved += self.resolve_events(a, b, (a, b))
         resolved.sort(key=lambda event: event.value)
         at_start = [event for event in resolved if event.value == low]

@@ -287,7 +287,7 @@ def _quotient_at(singular: Singular, matrices: MCK) -> _Quotient:
     x1 = _without_direction(x, singular.solve(-Pprime_x, False))  # P x1 = -P' x
     y1 = _without_direction(y, singular.solve(-Pprime_y, True))  # P^H y1 = -P'^H y
     weight_of_mean = 2 * np.vdot(y, matrices[0] @ x)
-    weight_of_mean = weight_of_mean + np.vdot(y1, Pprime_x) + np.vdot(Pprime_y, x1)
+    weight_of_mean += np.vdot(y1, Pprime_x) + np.vdot(Pprime_y, x1)
     return _Quotient(singular, weight_of_mean, x1, y1)
 
 

@@ -197,13 +197,15 @@ def _approaches(spectrum: SpectrumAtParameter, span: float, side: int) -> _Appro
     slopes = side * spectrum.slopes
     u = spectrum.z[pairs.k] - spectrum.z[pairs.l]
     v = slopes[pairs.k] - slopes[pairs.l]
-    # where they would cross without coupling, or the nearest distance in the step
+    # the distance from this end at which they would cross without coupling, moved into the step if
+    # it lies outside
     crossing_distance = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
     v += crossing_distance * pairs.bend  # the mean slope up to the crossing
     # couplings are derivatives by the parameter, against which the distance from this end may run:
     # W changes its sign with the side, and T and the bend, which are products of two W, do not
     a, b = side * pairs.direct + crossing_distance * pairs.indirect
-    # d(x) = (u + x v)^2 / 4 + x^2 a b vanishes where u + x v = +- x split
+    # d(x) = (u + x v)^2 / 4 + x^2 a b, the square of half their difference at the distance x,
+    # vanishes where u + x v = +- x split
     split = 2 * np.sqrt(-a * b)
     zeros = np.stack([-u / (v - split), -u / (v + split)]).real
     zeros = np.where(np.isfinite(zeros), zeros, 1e9 * span)  # far outside of the step
@@ -450,8 +452,8 @@ class Step:
     def pairs(self, roots: Sequence[int]) -> Iterator[RootPair]:
         """Disjoint pairs of these roots whose mean and squared half difference follow cubics.
 
-        Where two roots coalesce these two stay smooth, and the roots themselves do not. The closest
-        are paired first; `roots` are indices before the step.
+        Where two roots coalesce, their mean and squared half difference stay smooth, and the roots
+        themselves do not. The closest roots are paired first; `roots` are indices before the step.
         """
         remaining = set(roots)
         for pair in closest_pairs(roots, self.ends.z, self.ends.later_z):

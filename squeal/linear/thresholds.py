@@ -82,12 +82,12 @@ def thresholds(
 ) -> Thresholds:
     """All thresholds of system(mu) -> (M, C, K) for mu_min <= mu <= mu_max, sorted.
 
-    A point at mu_min means that the system is quiet there and grows at once above it. A window of
-    growth gives two points; one that opens and closes between two values at which eigenvalues are
-    computed is predicted from how the roots are coupled there, to second order. The crossings of
-    the imaginary axis list also what happens while other modes grow. A pair without damping crosses
-    where two frequencies coalesce or separate. Divergent roots that join to a growing pair, or come
-    from one, cross nothing.
+    A point at mu_min means that no root grows there and that one grows at once above it. An
+    interval in which roots grow gives two points; one that opens and closes between two values at
+    which eigenvalues are computed is predicted from how the roots are coupled there, to second
+    order. The crossings of the imaginary axis list also what happens while other modes grow. A pair
+    without damping crosses where two frequencies coalesce or separate. Divergent roots that join to
+    a growing pair, or come from one, cross nothing.
 
     Parameters
     ----------
