@@ -163,7 +163,7 @@ class Pad:
         if self.mu is None:
             if self.mu_s is None or self.mu_k is None:
                 raise PARAMETERS["mu"].missing(at / "mu", "every model")
-            values["mu"] = self.mu_k + self._friction_above_mu_k
+            values["mu"] = self.mu_k + self._friction_above_mu_k  # at the sliding speed V
 
     @property
     def _friction_above_mu_k(self) -> Number:
