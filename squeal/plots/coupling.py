@@ -424,7 +424,7 @@ def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:
     for k in np.argsort(-roots.values.real):
         growth = roots.values[k].real
         omega = float(roots.values[k].imag)
-        mode = int(roots.numbers[k])
+        mode = int(roots.numbers[k])  # 0 of a root without a number
         if len(named_frequencies) == NAMED or mode in named_modes:
             continue
         if any(abs(omega - other) <= ALIKE * max(omega, other) for other in named_frequencies):
