@@ -86,11 +86,12 @@ def find_chains(A: NDArray, B: NDArray, values: NDArray, X: NDArray) -> list[Cha
 
 
 def _groups(values: NDArray, X: NDArray) -> list[NDArray[np.intp]]:
-    """Indices of the eigenvalues of each group.
+    """Indices of the eigenvalues of each group; values (n,), vectors X (n, n) as columns.
 
-    Eigenvalues that coincide or have nearly parallel vectors are one group. Groups whose means lie
-    within a few of their spreads scatter around one eigenvalue, and are united. Groups that are too
-    large for a chain are left out.
+    Eigenvalues that coincide or have nearly parallel vectors are one group. The spread of a group
+    is how far its members lie from its mean at most. Groups whose means lie within 4 times the sum
+    of their spreads scatter around one eigenvalue, and are united. A group of more than
+    `LARGEST_CHAIN` eigenvalues is left out.
     """
     united: list[NDArray[np.intp]] = []
     groups = _dependent_groups(values, X)

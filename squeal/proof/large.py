@@ -334,6 +334,8 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     pivots = U.diagonal()
     if not (np.isfinite(pivots).all() and np.all(pivots != 0.0)):
         return None
+    # an entry of a product with L or L' sums at most `terms` - 8 products; 8 more roundings cover
+    # those of D, of the inverse of a pivot, and of the weights
     terms = max(_most_in_a_row(L), _most_in_a_row(csc_array(L.T))) + 8
     inverse_weights = np.empty(n)  # in the order of elimination
     inverse_weights[factors.perm_c] = 1.0 / weights  # perm_c[i]: when row i of A is eliminated

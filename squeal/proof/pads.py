@@ -472,8 +472,8 @@ class _BranchComparison:
         `growth_below`, by an enclosure of the roots of all its matrices at once."""
         from squeal.proof.referee import enclosed
 
-        K, C = self._matrices(part.cell)
-        t = between(part.low, part.high)
+        K, C = self._matrices(part.cell)  # entries are polynomials of the place t in the cell
+        t = between(part.low, part.high)  # a ball that holds the whole part
         damping = in_doubles([[entry(t) for entry in row] for row in C])
         stiffness = in_doubles([[entry(t) for entry in row] for row in K])
         mass = Balls.exact(np.diag([float(v) for v in self.mass]))
@@ -566,9 +566,10 @@ def _discriminant(coefficients: Sequence[Polynomial]) -> Polynomial:
 
 
 def _hurwitz(coefficients: Sequence[Polynomial]) -> Polynomial:
-    """Hurwitz's last determinant but one, zero where two roots are opposite.
+    """Hurwitz's last determinant but one, zero where the sum of two roots s is zero.
 
-    Its entry in row i and column j, from 1 on, is the coefficient of the power n - 2 j + i.
+    coefficients: of a polynomial of degree n in s, that of s^k at index k. The entry of the n - 1
+    rows and columns in row i and column j, from 1 on, is the coefficient of the power n - 2 j + i.
     """
     n = len(coefficients) - 1
     zero = flint.arb_poly([0])

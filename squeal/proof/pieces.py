@@ -163,7 +163,8 @@ def pieces_of(
     highs = np.nextafter(centres.real + radii, np.inf)
     pieces = []
     for part in parts:
-        first = part[0]  # the only disc of a part that lies on an axis
+        # a part whose root lies on an axis by its image has this disc alone
+        first = part[0]
         have_real_squares = bool(real_squares[part].all())
         is_off_real = bool(off_real[part].all())
         is_off_imaginary = bool(off_imaginary[part].all())

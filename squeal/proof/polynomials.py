@@ -99,7 +99,7 @@ class ExactRange:
             if component.n > MOST_DEGREE or not component.is_real:
                 return None
             determinant = _determinant_of(component, low, high)
-            if not determinant:
+            if not determinant:  # None, or zero at all s and p, where every s is a root
                 return None
             _, factors_and_powers = determinant.factor()  # without its constant factor
             for factor, power in factors_and_powers:
@@ -121,15 +121,15 @@ class ExactRange:
 class _Zero(NamedTuple):
     """An interval of the parameter with a zero of a polynomial, or with several that overlap.
 
-    multiplicity: of all zeros in it together; is_single: whether they are one zero; ball: holds
-    them, narrower than the interval.
+    multiplicity: of all zeros in it together; ball: holds them, narrower than the interval;
+    is_single: whether they are one zero.
     """
 
     low: float
     high: float
     multiplicity: int
-    is_single: bool
     ball: Ball
+    is_single: bool = True
 
 
 def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | None:
@@ -191,24 +191,27 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
 
 
 def _zeros_within(polynomial: Polynomial, low: float, high: float) -> list[_Zero]:
-    """The zeros of a polynomial within a range, ascending."""
+    """The zeros of a polynomial within a range of the parameter, ascending.
+
+    Zeros whose intervals overlap are one `_Zero`, with the sum of their multiplicities.
+    """
     zeros = []
     with flint.ctx.workprec(ZERO_PRECISION):
         for root, multiplicity in polynomial.complex_roots():
             value = root.real
-            zero = _Zero(low_end(value), high_end(value), multiplicity, True, value)
+            zero = _Zero(low_end(value), high_end(value), multiplicity, ball=value)
             if root.imag == 0 and zero.low <= high and zero.high >= low:
                 zeros.append(zero)
         separate: list[_Zero] = []
         for zero in sorted(zeros, key=lambda zero: zero.low):
-            # intervals end at neighbouring doubles: of two that overlap few doubles tell which is
-            # which
+            # the ends of an interval are the doubles next to the zero: between two zeros that lie
+            # closer than that there is no double at which roots could be counted
             if separate and zero.low <= separate[-1].high:
                 before = separate.pop()
                 multiplicity = before.multiplicity + zero.multiplicity
                 ball = before.ball.union(zero.ball)
                 end = max(before.high, zero.high)
-                zero = _Zero(before.low, end, multiplicity, False, ball)
+                zero = _Zero(before.low, end, multiplicity, ball, is_single=False)
             separate.append(zero)
     return separate
 

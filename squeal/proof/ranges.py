@@ -79,7 +79,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     have infinite roots: the inverses of the roots, which are finite, are tried first. rate: in 1/s,
     see `CountBounds`.
     """
-    most_roots = 4 * terms.n  # 2n roots, of complex matrices each may count as two
+    most_roots = 4 * terms.n  # 2n roots, which count as two each of complex matrices
     best = CountBounds(least=0, most=most_roots, doubtful=most_roots)
     try:
         M, C, K = terms.expanded(low, high)
@@ -111,6 +111,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
                 tallies = list(itertools.chain(*by_part))
                 if pencil.of_inverses:
                     tallies = tallies_of_inverses(S, half, by_part, infinite, terms.is_undamped)
+            # each tally is a number of roots with bounds of their real parts
             least, most = growing_of(tallies)
             doubtful = 0
             for tally in tallies:

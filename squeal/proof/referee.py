@@ -263,13 +263,16 @@ def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
     """The verdicts that the roots of pieces allow.
 
     The root of largest real part names it: `flutter` if it is one of a pair, else `divergence`.
-    Where none grows it is `marginal` if one lies on the imaginary axis, else `stable`.
+    Where none grows it is `marginal` if one lies on the imaginary axis, else `stable`. A root of a
+    `free` or `unknown` piece may grow, lie on the axis or decay.
     """
     verdicts: set[str] = set()
     certain_growth = [piece.low for piece in pieces if piece.side == "grows"]
+    # the largest real part is at least this, 1/s
     leading = max(certain_growth, default=-math.inf)
     for piece in pieces:
         may_lead = piece.side not in ("axis", "decays") and piece.high >= leading
+        # `real` is None if it is not known: both verdicts are then possible
         if may_lead and piece.real is not True:
             verdicts.add("flutter")
         if may_lead and piece.real is not False:

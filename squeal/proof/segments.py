@@ -90,7 +90,8 @@ def bases(A: NDArray, B: NDArray) -> Iterator[Basis]:
         if chains:
             yield Basis(X, chains=chains)
         return
-    # LAPACK puts the conjugate of a pair right behind the one with the positive imaginary part
+    # mirror[k]: the column that is conjugate to column k, k itself if that is real. LAPACK puts the
+    # conjugate of a pair right behind the one with the positive imaginary part
     mirror = np.arange(len(X))
     first = np.flatnonzero(values.imag > 0.0)
     mirror[first] = first + 1
@@ -102,7 +103,7 @@ def bases(A: NDArray, B: NDArray) -> Iterator[Basis]:
         if not np.iscomplexobj(chain.basis):
             if not np.isin(partners, chain.members).all():  # it needs the conjugate of each member
                 continue
-            mirror[chain.members] = chain.members
+            mirror[chain.members] = chain.members  # which the real columns of the basis replace
             X = chain.put_into(X)
             chains.append(chain)
         elif values[chain.members].imag.mean() > 0.0:  # the others come with their conjugates
