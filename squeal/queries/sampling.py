@@ -53,7 +53,7 @@ def read_spreads(path: Path | str) -> dict[str, Any]:
     {'spreads': {'k1': {'relative': 0.05}}}
     """
     options = SPREADS.read(*read_document(path))
-    if "seed" in options:
+    if "seed" in options:  # the name in files; as an argument it is `rng`, as SciPy calls it
         options["rng"] = options.pop("seed")
     return options
 

@@ -151,6 +151,8 @@ def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Por
 def _factored(matrix: Array) -> tuple[Array, Array]:
     """Factors (n, r), (r, m) of a matrix (n, m) of rank r, by elimination with complete pivoting.
 
+    Their product is the matrix to rounding; of a matrix of zeros both are empty.
+
     Singular vectors would fill rows and columns of zeros with rounding, from which python-control
     computes zeros of the transfer function that do not exist.
     """

@@ -629,8 +629,8 @@ class PadStack:
         omega = (first + second).real / 2
         if B is not None:
             damped = B.any(axis=(1, 2))
-            form, _ = first_order(A[damped], B[damped], frequency_scale=1.0)
-            roots = np.linalg.eigvals(form)
+            state_matrices, _ = first_order(A[damped], B[damped], frequency_scale=1.0)
+            roots = np.linalg.eigvals(state_matrices)  # (damped, 6)
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
             omega[damped] = roots.imag[np.arange(len(roots)), np.argmax(growth, axis=1)]
         return omega / self.statics.units.time / (2 * np.pi)

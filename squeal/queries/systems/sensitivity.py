@@ -303,8 +303,7 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     The reduction of components may move it, and what the digits of data leave open. Where the
     distance is not known, as where several modes cross at once or above the cutoff of reduced
     components, the interval becomes the whole range, and the thresholds are no longer certified.
-    Proved thresholds keep their intervals, which
-    hold for all data within the digits.
+    Proved thresholds keep their intervals, which hold for all data within the digits.
     """
     assembly = file.assembly
     basis = None if assembly is None else assembly.reduction
