@@ -92,7 +92,7 @@ class Sensitivity(Answer):
         """How far a small step of each parameter moves the loss of stability, or each mode.
 
         The fastest growing mode comes first, and of each mode the strongest effect. A step is 1 per
-        cent, of an angle a degree, and 1 of what is 0 and has no unit.
+        cent of a parameter, 1 degree of an angle, and 1 of a parameter that is 0 and has no unit.
 
         Examples
         --------
@@ -110,7 +110,8 @@ class Sensitivity(Answer):
         rows = []
         for i in by_growth.tolist():
             for place, effect in enumerate(self._effects_on_mode(i)):  # 0 is the strongest
-                # of a long table first the strongest effects on growing modes are shown
+                # people see the rows of highest rank of a long table: first the strongest effects
+                # on growing modes, then what acts on the modes that decay most slowly
                 rank = (False, effect.growth_rate)
                 if effect.growth_rate > 0.0:
                     rank = (True, -place)
@@ -178,8 +179,8 @@ class Sensitivity(Answer):
     def step(self, name: str) -> tuple[float, str]:
         """A small step of a parameter in its unit, and in words.
 
-        1 degree of an angle, 1 per cent of the value, 1 of what is 0 and has no unit. The step is 0
-        for a parameter with a unit that is 0, which then has no row in the table.
+        It is 1 degree of an angle, 1 per cent of another value, and 1 of a value that is 0 and has
+        no unit. For a value of 0 that has a unit it is 0: the parameter has no row in the table.
 
         Examples
         --------
