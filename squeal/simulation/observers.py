@@ -83,6 +83,7 @@ class Grid:
         low = np.fmin.reduce(values)
         # taken for granted: no peak rises over the samples by more than half of their range
         promising = np.flatnonzero(high + 0.5 * (high - low) > threshold)
+        # a parabola through the samples i, i + 1, i + 2 has the number i
         parabola, column, share = self._tops(values[:, promising], threshold[promising])
         step = promising[column]
         if not step.size:  # all three are empty
@@ -91,7 +92,7 @@ class Grid:
         most = self.shares[parabola + 2]
         steps = self.steps.some(step)
         c = self.coefficients_of(steps.motion)
-        distance = 1e-3 * (most - least)
+        distance = 1e-3 * (most - least)  # between the values for the differences
 
         def value(share: np.ndarray) -> np.ndarray:
             return signal(c, steps.states(share), steps.on)
