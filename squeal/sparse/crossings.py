@@ -697,7 +697,7 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
             problem = scaled.at({name: value, **scaled.system.frequency(omega)})
         except InputError:
             break  # a step led beyond a table of the parameter, or to a pole
-        # P^-H b is computed as the conjugate of P'^-1 conj(b), with the transpose P'
+        # P^-H b is computed as the conjugate of P^-T conj(b)
         if k % STEPS_PER_FACTOR == 0:
             _, factor = factorise_at(problem, complex(0.0, omega))
             right = factor.solve(y)

@@ -117,7 +117,7 @@ def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
     Of a free mass both roots are zero, with a dashpot to the ground one is. Motions without
     stiffness are singular vectors of K with singular values up to `noise`, the rounding of K.
     """
-    null, left_null = null_spaces(K, noise)
+    null, left_null = null_spaces(K, noise)  # columns x with K x = 0, and y with y^H K = 0
     if not null.size:
         return 0
     if _nonzero(C) is None:
@@ -277,7 +277,8 @@ def _null_vectors(P: ComplexArray, count: int) -> tuple[ComplexArray, ComplexArr
 
     Where fewer singular values vanish, the first vector repeats.
     """
-    solve_near = solver_near_singular(P, EPS / 2 * (float(np.abs(P).max()) or 1.0))
+    rounding = EPS / 2 * (float(np.abs(P).max()) or 1.0)  # smaller pivots are raised to this
+    solve_near = solver_near_singular(P, rounding)
 
     def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:
         """P^-1 b, or if `adjoint` P^-H b, with columns made orthonormal."""

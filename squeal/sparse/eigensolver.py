@@ -606,10 +606,12 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
     body has two roots at zero, which count as two modes. The disc ends halfway to the next root, so
     that roots of equal |lambda| are in it together; a count certifies it.
 
-    One Krylov subspace around zero comes first. If it does not reach far enough, or if no count
-    confirms its roots, all roots are computed if there are few rows (`DENSE_ROWS`). Of more rows
-    roots without a count are returned; if the subspace does not reach or the count differs, roots
-    are searched in growing squares around zero. Raises ComputationError if there is no root.
+    First a Krylov subspace around zero is built, and enlarged by at most `MOST_ATTEMPTS` - 1 others
+    while the count does not confirm its roots. Its roots are returned if the count confirms them.
+    They are also returned without a count if none is requested (`certify`), or if none can be made
+    and there are more than `DENSE_ROWS` rows. Where the subspace does not reach the requested modes
+    or no count confirms its roots, all roots are computed of up to `DENSE_ROWS` rows; of more rows
+    roots are searched in growing squares around zero. Raises ComputationError if there is no root.
     """
     scale = _lowest_frequency_scale(problem)
     # not zero, where P is singular if a rigid body is free, but small beside the lowest roots. A
@@ -635,7 +637,7 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
             if slow is None:
                 continue
             values = np.append(slow.values, values[~is_slow])
-        sizes = _sizes_of_modes(problem, values)
+        sizes = _sizes_of_modes(problem, values)  # |lambda| of a root of each mode, ascending
         largest = max(largest, float(np.max(sizes[:modes], initial=0.0)))
         reach = rough.reach - shift  # from zero
         reached = sizes[sizes < reach]

@@ -45,6 +45,8 @@ class Factor:
         self.matrix = matrix
         self.dtype = matrix.dtype
         try:
+            # SuperLU's settings for matrices of nearly symmetric pattern: the ordering of A + A^T
+            # makes little fill only if most pivots stay on the diagonal
             self.lu = splu(
                 matrix,
                 permc_spec="MMD_AT_PLUS_A",

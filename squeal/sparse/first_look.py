@@ -466,12 +466,12 @@ class FirstLook(Reduction):
         X = multiply(self.vectors, roots.right)
         Y = multiply(self.vectors, roots.left)
         R = problem.apply(z, X)
-        S = problem.transposed().apply(z, Y.conj()).conj()  # P^H y = conj(P' conj(y))
+        S = problem.transposed().apply(z, Y.conj()).conj()  # P^H y = conj(P^T conj(y))
         solved = structure.factor.solve(np.hstack([R, S]))  # F^-1 R and F^-1 S
         solved_R, solved_S = np.split(solved, 2, axis=1)
         # y_i^H ((z_i + z_j) M + C) x_j: the divided difference (P(z_i) - P(z_j)) / (z_i - z_j)
         slope = np.add.outer(z, z) * (Y.conj().T @ multiply(problem.M, X))
-        slope = slope + Y.conj().T @ multiply(problem.C, X)
+        slope += Y.conj().T @ multiply(problem.C, X)
         energies = np.outer(_energy_norms(S, solved_S), _energy_norms(R, solved_R))
         bounds = root_error_bounds(
             z,

@@ -389,6 +389,7 @@ def _rounding(problem: ScaledProblem, roots: Roots, residuals: Array, conditions
         size=scales[indices],
         rows=2 * problem.n,  # of the companion form
     )
+    # roots of a defective root alone are grouped, see `_rounding_in_groups`
     reach = np.where(moves_alone[indices], 0.0, rounding)
     rounding = _rounding_in_groups(all_values, rounding, reach)
     return np.where(sizes > 0, rounding[: len(values)], 0.0)
