@@ -28,7 +28,10 @@ OFFSETS = {"a": (0.0, 10.0), "b": (-11.0, 0.0), "c": (-5.0, 14.0), "d": (8.0, 9.
 
 
 def _mark_cases(axes: Axes, marks: Marks) -> None:
-    """Draw a dot at the angles of each case, and its letter, if it has one, on a short line."""
+    """Draw a dot at the angles of each case, and its letter, if it has one, on a short line.
+
+    The scene's own angles stand under the letter "": a dot alone.
+    """
     for name, (alpha1, alpha2) in marks.items():
         at = (alpha1 / np.pi, alpha2 / np.pi)
         dot: Any = {"marker": "o", "ms": 3.5, "mfc": "white", "mec": RED, "mew": 0.9}

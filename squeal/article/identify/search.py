@@ -173,7 +173,7 @@ class Start:
             if distances.min() < best:
                 best = float(distances.min())
                 nearest = points[distances.argmin()]
-            if best == 0.0 or strategy.stop():
+            if best == 0.0 or strategy.stop():  # 0: all statements on the model are satisfied
                 break
         return nearest
 

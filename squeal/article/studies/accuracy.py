@@ -318,8 +318,9 @@ SOLVERS: dict[str, Solver] = {
 def compare_times(times: np.ndarray, exact: np.ndarray) -> tuple[int, int]:
     """How many contact changes of the reference are missed, and how many are made up.
 
-    Both lists are gone through together: two times nearer than `NEAR` are the same change, else the
-    earlier one has no partner.
+    times: the rising times of the changes of a run; exact: those of the reference. Both lists are
+    gone through together: two times nearer than `NEAR` are the same change, else the earlier one
+    has no partner.
     """
     missed = 0
     extra = 0

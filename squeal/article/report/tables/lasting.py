@@ -58,7 +58,7 @@ def table(onset: Onset) -> str:
             lasting = with_spread(row.lasting, onset.ends(f"{key}.lasting"), str)
             cells = [motion_title(name), percent(row.ratio), reference]
             cells.append(f"{lasting} of {row.starts}")
-            cells += _lively(onset, lively, key)
+            cells += _lively(onset, lively, key)  # from `lost` to `turns` of the head
             cells.append("yes" if lively.hammers else "no")
             cells.append(number(row.growth, 2))
             rows.append(cells)

@@ -92,7 +92,7 @@ def table(sets: Sets) -> str:
     ratios.append([r"$F_n$ in the units of Table~\numberof{parameters}, kN", *load])
     satisfied = [f"{of_set.satisfied} of {sets.statements}" for of_set in columns]
     verdicts = [["independent statements satisfied", *satisfied]]
-    for name, models, show in SHOWN:
+    for name, models, show in SHOWN:  # a row for each model; `show` makes the cell of a set
         for model in models:
             verdicts.append([name.format(model), *(show(of_set, model) for of_set in columns)])
     for model in ("B1", "B2"):
