@@ -472,6 +472,7 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
         else:
             WRITERS[form](folder / name, term.matrix, labels)
             if form != "ansys":  # whose files say themselves whether they are symmetric
+                # as the writers tell it, which write one triangle of a symmetric matrix
                 entry["symmetric"], _ = _entries(term.matrix)
         document.setdefault(part, []).append(entry)
         matrix_of_key[key] = term.matrix
