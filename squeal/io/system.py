@@ -311,7 +311,7 @@ def _read_files(terms: Sequence[TermKeys], folder: Path) -> list[MatrixFile]:
 
     A file that several terms name is read once. Raises InputError.
     """
-    opened: OpenedFiles = {}
+    opened: OpenedFiles = {}  # `read_matrix` adds each file, of which terms may take several keys
     file_of_request: dict[tuple[str, str | None, bool | None], MatrixFile] = {}
     files = []
     for term in terms:
