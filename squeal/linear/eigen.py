@@ -222,8 +222,9 @@ def spectrum_of(system: NormalisedSystem, roots: RootsWithRounding | None = None
     """
     A = system.A
     B = np.zeros_like(A) if system.B is None else system.B
-    reach = dependence(system)
+    reach = dependence(system)  # (n, n): which rows depend on which unknowns
     values, right, left, condition, rounding = roots or roots_of(system, reach)
+    # `roots_of` solves strong components one by one: vectors lack what a component drives elsewhere
     one_component_drives_another = (reach != reach.T).any()
     if one_component_drives_another:
         _complete_vectors(A, B, reach, values, right, left, condition)

@@ -96,7 +96,7 @@ def invariants(entries: Sequence[Values], errors: Sequence[Values] | None = None
         sizes = [np.maximum(x, e / relative_error) for x, e in zip(sizes, errors, strict=True)]
     d = entries[::4]  # the diagonal
     D = sizes[::4]
-    cycles = _Cycles.of(entries)
+    cycles = _Cycles.of(entries)  # p: the sum a12 a21 + a13 a31 + a23 a32
     cycle_sizes = _Cycles.of(sizes)
     # a product of k entries has a relative error of k units: a unit is the error of an entry, and
     # as much for the rounding of products and sums

@@ -97,6 +97,7 @@ def links(
         yield Link(before, after, order, order >= 0, [])
         return
     step = Step(before, after)
+    # `same_mode` (m, m'): which roots before and after are one mode, by vectors and slopes
     is_certain = np.asarray(step.same_mode.any(axis=1))
     open_before = np.flatnonzero(~is_certain)  # roots of unknown mode
     open_after = np.flatnonzero(~step.same_mode.any(axis=0))
@@ -265,8 +266,8 @@ class _ModeTracker:
         new = np.flatnonzero(after == 0)
         after[new] = self.largest + 1 + np.arange(len(new))
         self.largest += len(new)
-        # before conjugates share a number: two real modes that meet and become a pair lose one of
-        # their numbers, but neither ends
+        # `ended` is told before conjugates share a number: two real modes that meet and become a
+        # pair lose one of their numbers then, but neither of them ends
         ended = set(before.tolist()) - set(after.tolist())
         self.numbers = _shared_by_conjugates(link.after, after)
         begun = set(self.numbers.tolist()) - set(before.tolist())

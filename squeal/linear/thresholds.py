@@ -389,9 +389,12 @@ def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict:
     first_change = first.slope * length
     last_change = last.slope * length
     cubic = hermite_cubic(first.value, first_change, last.value, last_change)
+    # `polyval` takes the coefficients from the highest power on; shares of the step
     lead = np.polyval(cubic[::-1], np.linspace(0.0, 1.0, 17))
     if verdict != "flutter":
         lead = -lead
+    # how far the change of the lead is from the mean of what both slopes predict: 0 if the lead is
+    # a parabola. The cubic may be wrong by about as much
     error = abs(last.value - first.value - (first_change + last_change) / 2)
     return bool(lead.min() <= error)
 
@@ -562,6 +565,7 @@ def _critical_point(
     if change.cluster is not None:
         events = result.clusters[change.cluster]
         low, high = hull(events)
+        # 1e-300: at the value 0 no interval is narrow but a point
         is_narrow = high - low <= EVENT_TOLERANCE * max(abs(change.value), 1e-300)
         converged = is_narrow and all(member.converged for member in events)
     if event is None:
