@@ -100,7 +100,11 @@ def blank(title: str, why: str, module: str, *results: Provenance | None) -> Dra
 
 
 def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:
-    """Title, alternative text and origin as the format holds them; no dates."""
+    """Title, alternative text and origin under the keys of the format: pdf, svg or png.
+
+    None keeps Matplotlib from writing its version and the date, so that equal figures are equal
+    files.
+    """
     title = _encodable(drawing.title)
     text = _encodable(drawing.alternative)
     made = _encodable(drawing.origin)
