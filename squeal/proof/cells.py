@@ -239,7 +239,7 @@ def _newton(
             return None
         step = Y @ F
         point[others] -= step
-        # the next step, of quadratic convergence, is rounding
+        # the next step, of quadratic convergence, is rounding; 1e-300 is for unknowns that are 0
         if np.all(np.abs(step) <= 1e-9 * np.abs(point[others]) + 1e-300):
             return point, np.asarray(Y, float)
     return None

@@ -135,8 +135,9 @@ class _Neighbourhood:
         middle = self._computed(state)
         if middle is None:
             return None
-        loads = self.loads(middle, state)
+        loads = self.loads(middle, state)  # F at the middle, with slopes
         Y = _slopes(loads).mid().inv().mid()
+        # Y F, a Newton step, which is about rounding at the middle
         shift = Y * flint.arb_mat(3, 1, [flint.arb(f.value) for f in loads])
         one = flint.arb_mat(3, 3, [int(i == j) for i in range(3) for j in range(3)])
         radii = [2 * abs(shift[i, 0]).upper() + 2.0**-BITS * self.sizes[i] for i in range(3)]

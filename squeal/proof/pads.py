@@ -615,7 +615,8 @@ def _growing_count(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) 
     if is_damped:
         return _count_in_right_half_plane(values)
     if sign_of_pairs < 0:
-        # one s is real, two are conjugate; its sign is that of the product of all three, -d / a
+        # one s is real, two are conjugate; its sign is that of the product of all three, -d / a of
+        # a s^3 + b s^2 + c s + d
         sign_of_real = values[0] * -values[3]
         if sign_of_real.contains(0):
             return None

@@ -282,14 +282,16 @@ def _speed(factor: Polynomial, omega: Ball, value: Value) -> Ball:
 
 
 def _places_on_axis(factor: Polynomial, value: Value) -> list[Ball] | None:
-    """The frequencies (rad/s), 0 of a root, at which roots may cross the imaginary axis.
+    """The frequencies (rad/s) at which roots may cross the imaginary axis, 0 for roots that pass
+    through zero.
 
-    Of a ball the list may hold some at which nothing crosses. None where they are not isolated, and
+    value: of the parameter, a rational number, or a ball around one that is not rational; of a ball
+    the list may hold frequencies at which nothing crosses. None where they are not isolated, and
     where several roots pass through zero. Two may at a rational value p0 if they are
     +-sqrt(a (p - p0)) to leading order: a pair on one side of it, and on the other side two real
     roots, of which one grows.
     """
-    even, second = _halves(factor)
+    even, second = _halves(factor)  # e and o, or the derivative of e if there is no o
     even_at = _coefficients_at(even, value)
     second_at = _coefficients_at(second, value)
     if isinstance(value, flint.fmpq):
@@ -302,6 +304,7 @@ def _places_on_axis(factor: Polynomial, value: Value) -> list[Ball] | None:
         squares = isolated
     places = []
     for square in squares:  # s^2 of a root that meets its negative
+        # complex, real or zero (see below): it does not cross as a pair
         if not square.imag.contains(0) or square.real > 0 or square == 0:
             continue
         omega = (-square.real).sqrt()
@@ -321,8 +324,9 @@ def _places_on_axis(factor: Polynomial, value: Value) -> list[Ball] | None:
 def _common_roots(even: Polynomial, second: Polynomial) -> list[Ball] | None:
     """Balls of roots of one of two polynomials of balls that may be roots of the other one too.
 
-    None where of neither the leading coefficient differs from zero for sure and the roots can be
-    isolated.
+    Roots are those of `second`, or of `even` if `second` does not serve. A polynomial serves if its
+    leading coefficient differs from zero for sure, and its roots can be isolated; None if neither
+    does.
     """
     for polynomial, other in ((second, even), (even, second)):
         if polynomial[polynomial.degree()].contains(0):

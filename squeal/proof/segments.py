@@ -255,7 +255,7 @@ def _with_moving_vectors(
         Z = np.where(stay_together, 0.0, -right_side / np.where(stay_together, 1.0, gaps))
     Z_ball = Balls.exact(_structured(Z, mirror))
     dZ_bound = half * magnitude(Z_ball.mid)
-    V_bound = inverse_excess(upper(dZ_bound, 1))
+    V_bound = inverse_excess(upper(dZ_bound, 1))  # of |(1 + d Z)^-1 - 1|
     if V_bound is None:
         return Failure(ILL_CONDITIONED)
     S0_Z = (S0 @ Z_ball).minus(Z_ball @ S0)
