@@ -189,6 +189,7 @@ def pad_statement(
     from squeal.proof.pads import Claim, prove_pad
 
     listed = sorted(crossings, key=attrgetter("mu"))
+    # where the number of growing roots changes, and by how much
     claims = [Claim(crossing.mu, _rise(crossing)) for crossing in listed]
     # a branch with a fold is followed beyond it: the proof has to see it turn back
     end = high if fold is None else fold * BEYOND_FOLD
@@ -476,7 +477,7 @@ def _terms_in_balls(system: TermSystem) -> Terms:
     for terms in system.balanced.parts:
         part: list[Term] = []
         for term in terms:
-            part += _terms(term, system)
+            part += _terms(term, system)  # one, or two of a factor with a loss
         parts.append(part)
     M, C, K = parts
     return Terms(M, C, K, HALF_ULP)

@@ -151,8 +151,8 @@ class RealModes:
         omega, shapes = _modes_near(self.stiffness, self.mass, mode.root.imag)
         nearest = np.argsort(abs(omega - mode.root.imag))[:NEAR]
         self.shapes.append(shapes[:, nearest])
-        forces = self.mass @ shapes
-        leading = self._leading(mode, forces)
+        forces = self.mass @ shapes  # M x of each computed mode
+        leading = self._leading(mode, forces)  # up to three indices of columns, by falling share
         choices = list(itertools.combinations(leading, min(2, len(leading))))
         # the indices of the real modes at which the paths begin; none if a path begins elsewhere
         chart = tuple(int(abs(omega - start).argmin()) for start in starts)
