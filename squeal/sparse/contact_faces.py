@@ -320,9 +320,9 @@ def forces_of_pressure(surface: Surface) -> dict[str, Array]:
     [0.0, 0.0, -1.0]
     """
     points = _integration_points(surface)
-    # the force of a point goes to the nodes of its face by their shape functions
+    # the force of a point goes to the nodes of its face by their shape functions: (points, nodes)
     shares = points.areas[:, None] * points.weights
-    forces = -shares[:, :, None] * points.normals[:, None, :]
+    forces = -shares[:, :, None] * points.normals[:, None, :]  # (points, nodes, 3)
     labels, index = np.unique(points.labels, return_inverse=True)
     sums = np.zeros((len(labels), 3))
     np.add.at(sums, index.ravel(), forces.reshape(-1, 3))

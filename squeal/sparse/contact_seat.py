@@ -602,7 +602,8 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
 
 
 def _solve(A: Matrix, right: Array) -> Array:
-    """The solution x of A x = right. Raises InputError where A is singular to rounding."""
+    """The solution x (n,) of A x = right, A (n, n). Raises InputError where A is singular to
+    rounding."""
     from scipy.linalg import LinAlgWarning, solve
 
     # B_ij = scale_i A_ij scale_j has a unit diagonal, so that units do not matter

@@ -180,14 +180,15 @@ def _with_vectors_by_slopes(roots: Roots, matrices: MCK, slopes: MCK) -> Roots:
     for group in components(reaches(is_close)):
         X = right[:, group]
         Y = left[:, group]
-        weight = Y.conj().T @ inertia(matrices, z[group], X)
+        weight = Y.conj().T @ inertia(matrices, z[group], X)  # Y^H P' X
         if not np.linalg.cond(weight) < WELL_CONDITIONED:
             continue
-        change = Y.conj().T @ applied(slopes, z[group], X)
+        change = Y.conj().T @ applied(slopes, z[group], X)  # Y^H dP/dp X
         _, mixtures = np.linalg.eig(np.linalg.solve(weight, change))
         if not np.linalg.cond(mixtures) < WELL_CONDITIONED:
             continue
         X = X @ mixtures
+        # the left mixtures for which Y^H P' X is the identity
         Y = Y @ np.linalg.inv(weight @ mixtures).conj().T
         right[:, group] = X / np.linalg.norm(X, axis=0)
         left[:, group] = Y / np.linalg.norm(Y, axis=0)
@@ -492,8 +493,9 @@ def _crossings_of_reduced(
         scale = search_on_part.scaled.scale
         for a, b in itertools.pairwise(values):
             for guess in search_on_part.between(a, b, shortest):
-                # vectors of the reduced system: from its scaled coordinates to its own, to the
-                # coordinates of the basis, and to the scaled coordinates of the full system
+                # vectors of the guess: from the scaled coordinates of the search to those of the
+                # part, then to the coordinates of the basis of the reduction, and then to the
+                # scaled coordinates of the full system
                 vectors = reduced.in_projection(scale * guess.right, scale * guess.left)
                 right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
                 is_near_part = abs(guess.omega - part.omega) <= part.spacing / 2

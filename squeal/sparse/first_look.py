@@ -463,6 +463,7 @@ class FirstLook(Reduction):
         problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
         z = roots.values
+        # (n, m): vectors of the full problem, from those in the basis
         X = multiply(self.vectors, roots.right)
         Y = multiply(self.vectors, roots.left)
         R = problem.apply(z, X)
