@@ -61,6 +61,7 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
     # of B2, which touches along one line, the sum is the only curve and needs no label
     if cycles.own.leading is not None:
         _label(axes, mu, peak, "sum", 2.0)
+    # a ring at the friction of the reference set
     axes.plot(cycles.own.mu, cycles.own.peak, "o", mfc="none", mec="k", ms=5)
     high = 1.2 * peak.max()
     # the bar below: grey over all friction, black where the equilibrium flutters

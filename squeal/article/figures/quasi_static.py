@@ -30,7 +30,7 @@ OFFSETS = {"a": (0.0, 10.0), "b": (-11.0, 0.0), "c": (-5.0, 14.0), "d": (8.0, 9.
 def _mark_cases(axes: Axes, marks: Marks) -> None:
     """Draw a dot at the angles of each case, and its letter, if it has one, on a short line.
 
-    The scene's own angles stand under the letter "": a dot alone.
+    A pad that is no case stands under the letter "", and gets the dot alone.
     """
     for name, (alpha1, alpha2) in marks.items():
         at = (alpha1 / np.pi, alpha2 / np.pi)

@@ -438,6 +438,7 @@ def _means_of_two_springs(block: Computed, repeat: int, index: int) -> dict[str,
         if not block.two_springs.done(repeat, k, index):
             return {}
         row = block.two_springs.row[repeat, k, index]
+        # by contact state the share of time in it
         shares = dict(zip(STATES, block.two_springs.arrays["shares"][row], strict=True))
         lost.append(lost_share(shares, equilibrium.state))
         apart.append(lost_share(shares, FULL))

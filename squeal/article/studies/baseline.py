@@ -66,7 +66,8 @@ def judged(law: Formulation, sets: int) -> Law:
     share = {}
     for claim, count in zip(CLAIMS, satisfies.sum(axis=0).tolist(), strict=True):
         share[claim.id] = Frequency(count / sets, _interval(count, sets))
-    satisfied = satisfies[valid][:, INDEPENDENT].sum(axis=1)  # statements by valid set
+    # of each valid set how many statements it satisfies, of those that follow from no others
+    satisfied = satisfies[valid][:, INDEPENDENT].sum(axis=1)
     counts = np.bincount(satisfied, minlength=int(INDEPENDENT.sum()) + 1)
     return Law(
         sets=sets,

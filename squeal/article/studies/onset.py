@@ -507,7 +507,7 @@ class ValidPart(NamedTuple):
 
 
 def _valid_part(orbits: Sequence[Orbit], own: int) -> ValidPart:
-    """The part of a branch in which the surface is faster than the lower face.
+    """The part of a branch of cycles in which the surface is faster than the lower face.
 
     It extends from the cycle with the index `own` to both sides, up to the last cycle before one
     whose face is as fast as the surface, or to the end of the branch. `reaches` is None if it is

@@ -54,6 +54,7 @@ def table(onset: Onset) -> str:
             if lively is None:  # no motion lasts: nothing to list
                 continue
             key = f"after.{name}.{i}"  # of the row in the result, by which its spread is listed
+            # whether the motion from the reference initial conditions lasts
             reference = "yes" if row.own and row.own.goes_on else "no"
             lasting = with_spread(row.lasting, onset.ends(f"{key}.lasting"), str)
             cells = [motion_title(name), percent(row.ratio), reference]
