@@ -97,7 +97,8 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     tilts = (0.0, -1.0, 1.0, -10.0, 10.0)
     # (45, 3): x, y and w theta in displacements under the load
     near = np.array([*itertools.product(senses, senses, tilts)])
-    # (27, 3): x, y and w theta in half lengths w, half of the limits, which are shares of w and rad
+    # (27, 3): x, y and w theta in half lengths w. The limit of travel is a share of w, and that of
+    # tilt (rad) times w is one of w theta
     half_limits = np.array([LIMITS.travel, LIMITS.travel, LIMITS.tilt]) / 2
     wide = half_limits * [*itertools.product(senses, senses, senses)]
     seeds = np.concatenate(
