@@ -258,7 +258,7 @@ def _element(line: Line, index_of_name: dict[str, int]) -> tuple[str, Corners]:
     """
     kind = CELL_NAME.read(line.cells["type"].lower(), line.at / "type")
     corners = CELLS[kind].corners
-    names = []
+    names = []  # of its nodes, in the order of their columns
     for head, text in line.cells.items():
         if head not in ("element", "type"):
             names.append(text)

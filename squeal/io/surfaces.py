@@ -91,7 +91,7 @@ def deck_sets(path: Path, kind: str) -> dict[str, list[str]]:
         elif line.keyword[0] == f"*{option}" and "GENERATE" in line.keyword:
             members[name] += _generated(line.cells, line.at)
         elif line.keyword[0] == f"*{option}":
-            for cell in filter(None, line.cells):
+            for cell in filter(None, line.cells):  # the name of an earlier set, or a label
                 members[name] += members.get(cell.upper(), [cell])
     return {name: list(dict.fromkeys(labels)) for name, labels in members.items()}
 

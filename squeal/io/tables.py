@@ -198,7 +198,7 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
     """
     file = Place(str(path))
     keyword = [""]  # none yet
-    step = 0
+    step = 0  # how many keywords *STEP came before
     unfinished = ""  # the lines so far of an element whose nodes go on in the next line
     for at, line in _with_included(path):
         if line.startswith("**"):
