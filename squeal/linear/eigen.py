@@ -224,7 +224,8 @@ def spectrum_of(system: NormalisedSystem, roots: RootsWithRounding | None = None
     B = np.zeros_like(A) if system.B is None else system.B
     reach = dependence(system)  # (n, n): which rows depend on which unknowns
     values, right, left, condition, rounding = roots or roots_of(system, reach)
-    # `roots_of` solves strong components one by one: vectors lack what a component drives elsewhere
+    # `roots_of` solves strong components one by one: its vectors are zero in all other components,
+    # also in those on which their own acts
     one_component_drives_another = (reach != reach.T).any()
     if one_component_drives_another:
         _complete_vectors(A, B, reach, values, right, left, condition)

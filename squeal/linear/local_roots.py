@@ -180,6 +180,7 @@ def roots_near(
         The problem at p with derivatives by something else than the parameter; that by the
         parameter if none is given.
     """
+    # (N, N) each; `sizes` of the terms that make each entry, by which it is rounded
     A, derivative, sizes = perturbed or continuation.standard_problem(p)
     # the rounding of other strong components is no rounding of these roots
     N = len(A)

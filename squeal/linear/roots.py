@@ -253,7 +253,8 @@ def _part_of(system: NormalisedSystem, rows: NDArray[np.intp]) -> NormalisedSyst
 
 
 def _roots_of_component(system: NormalisedSystem) -> RootsWithRounding:
-    """As `roots_of`, of a system of one strong component."""
+    """The 2n roots of a system of one strong component with vectors (n, 2n), as `roots_of` gives
+    those of a whole system."""
     if system.B is None:
         roots = _undamped_roots(system)
     else:

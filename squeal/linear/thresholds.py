@@ -132,6 +132,7 @@ def thresholds(
     crossings: list[Crossing] = []
     results: list[SearchResult] = []
     for a, b in itertools.pairwise([first, *sorted(jumps), last]):
+        # at a jump the doubles next to it, as the system is not evaluated there
         low = float(np.nextafter(a, b)) if a in jumps else a
         high = float(np.nextafter(b, a)) if b in jumps else b
         result = search(system, low, high, all_roots)
@@ -145,7 +146,7 @@ def thresholds(
         points += new_points
         crossings += new_crossings
         results.append(result)
-    certified = None
+    certified = None  # of a plain function, whose searches have None for doubts
     if all(result.doubts is not None for result in results):
         certified = not any(result.doubts for result in results)
     return Thresholds(points, crossings, certified, tuple(results))
