@@ -151,6 +151,7 @@ class Pad:
         values = vars(self)  # in which a frozen dataclass can be written
         for name, key in PARAMETERS.items():
             if values[name] is None:
+                # mu has an `unless`: left out it is made of mu_s and mu_k below
                 needed_by_every_model = key.required and key.common and not key.unless
                 if key.default == "0" or needed_by_every_model:
                     raise key.missing(at / name, "every model")
