@@ -378,6 +378,7 @@ def _compare(pieces: Sequence[Piece], values: NDArray[np.complex128]) -> Proof:
         root = complex(centres[group_of == miscounted[0]][0])
         return Proof("open", reason=NOT_TOLD_APART, where=root)
     pieces_of_group: list[list[Piece]] = [[] for _ in sizes]
+    # the index of the first disc of each piece: its discs are in one group
     first_discs = np.cumsum([0] + [piece.count for piece in pieces[:-1]])
     for piece, group in zip(pieces, group_of[first_discs].tolist(), strict=True):
         pieces_of_group[group].append(piece)
