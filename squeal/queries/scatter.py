@@ -244,7 +244,8 @@ def _is_stable(row: Sample, of: Measure, mu: float) -> bool:
 def _indices_of(rows: Sequence[Sample], plan: _Plan, high: float) -> tuple[Index, ...]:
     """Sobol indices from the samples at A, then B, then each AB_i, `plan.samples` of each.
 
-    A threshold beyond `high` counts as `high`; what could not be computed is left out.
+    A threshold beyond `high`, the end of its range, counts as `high`; what could not be computed is
+    left out. Of growth rates each sample has a value.
     """
     values = []
     for row in rows:

@@ -158,8 +158,8 @@ class TreatedBrake:
     def _growing(self, value: float, treatment: Treatment) -> ComplexArray:
         """The growing roots with Im >= 0 of the treated brake on the basis, rad/s."""
         (M, C, K), nothing_damps = self._untreated(value)
-        factors = treatment.factors
-        U = np.array(self.modes.forces).T
+        factors = treatment.factors  # (k,), one for each real mode behind growing modes
+        U = np.array(self.modes.forces).T  # (n, k), their columns M x
         if self._basis is not None:
             U = self._basis.T @ U
         change = (U * factors) @ U.T
