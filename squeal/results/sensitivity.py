@@ -99,7 +99,7 @@ class Sensitivity(Answer):
         >>> import squeal
         >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
         >>> found = squeal.sensitivity(one)
-        >>> found.table().records()[0]["parameter"]
+        >>> found.table().records()[0]["parameter"]  # no parameter moves the growth
         'mu'
         """
         if self.what == "threshold":
