@@ -181,6 +181,7 @@ class Shooting:
     ) -> Segment:
         """The motion from a state (6,) over some time. Raises ComputationError.
 
+        value: of the scaled parameter; dense: whether the segment gives states within its steps;
         since: the time that has passed before; messages of errors add it to theirs.
         """
         model = self.model(value)

@@ -294,7 +294,7 @@ def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
     or is short of it by no more than what rounding left of the gap of `point`; and its gap moves on
     away from its contact state.
     """
-    overshoot = segment.overshoot[:, 0]
+    overshoot = segment.overshoot[:, 0]  # (points,): above 0 where a gap has passed zero
     rounding = abs(overshoot[point])  # the gap of `point` is zero but for rounding
     passed = overshoot >= -rounding
     passed[point] = False

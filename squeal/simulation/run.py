@@ -327,6 +327,7 @@ def simulate(
         sliding = Sliding(scene.pad.V / units.velocity)
         observe.append(sliding.observe)
     if progress is not None:
+        # `t1` holds the end of the segment for each motion; here there is one
         observe.append(lambda segment: progress(float(segment.t1[0]) / stop))
     # events and shares need no states between the changes of contact
     dense = sliding is not None or bool(observers.keys() - {"events", "shares"})
