@@ -213,7 +213,7 @@ def count_roots(
             # two chains for two workers, whatever their number
             chains = [new[::2], new[1::2]]
             list(side_by_side(compute, [single, single], chains, [reusable, None]))
-            if is_mirrored:
+            if is_mirrored:  # the mirror image of node k is node finest - k
                 logarithms[finest - computed] = logarithms[computed].conj()
             missing = _winding_number(logarithms[indices])
             if missing == 0 and has_central_roots:

@@ -478,7 +478,7 @@ class FirstLook(Reduction):
             z,
             slope,
             truncation=S.conj().T @ solved_R,
-            uncertainty=self._series * energies,
+            uncertainty=self._series * energies,  # at most the further terms of the series in T
         )
         return _ProjectedRoots(
             roots=roots,

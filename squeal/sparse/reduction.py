@@ -170,6 +170,7 @@ class Reduction:
             lambda term: Term(next(reduced), term.factor),
             labels=(),  # those of the full system are of its rows
         )
+        # the residuals' sketch: random vectors times each full matrix, times the new vectors
         sketch = np.array([images.T @ new for images in self._probed])
         self._sketch = np.concatenate([self._sketch, sketch], axis=2)
 
