@@ -289,7 +289,7 @@ def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) ->
     meets = _passes_zero(d.real, error)
     if spectrum.problem is DAMPED:
         slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d)))  # the error of sqrt(d)
-        slack = slack + spectrum.rounding[k] + spectrum.rounding[l]
+        slack += spectrum.rounding[k] + spectrum.rounding[l]
         mean = (pairs.mean + x * pairs.mean_slope).real
         half_difference = np.sqrt(d).real
         reaches_axis = _passes_zero(mean + half_difference, slack)
