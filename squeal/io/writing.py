@@ -257,11 +257,11 @@ class Column:
             return "-"
         if isinstance(value, bool):
             return "yes" if value else "no"
-        if isinstance(value, float) and self.percent:
+        if not isinstance(value, float):
+            return str(value)
+        if self.percent:
             return number(100 * value)
-        if isinstance(value, float):
-            return number(value)
-        return str(value)
+        return number(value)
 
     @property
     def head(self) -> str:
