@@ -112,20 +112,20 @@ def sensitivities(
     for roots in np.unique(is_one_root, axis=0):  # rows of equal roots are equal: one mask (m,)
         block = W[np.ix_(roots, roots)]
         smallest = np.linalg.svd(block, compute_uv=False)[-1]
-        clusters.append(_Cluster(roots, block, bool(smallest > rounding[roots].max())))
+        is_regular = bool(smallest > rounding[roots].max())  # else these roots coalesce
+        clusters.append(_Cluster(roots, block, is_regular))
     slopes = {}
     for name, change in changes.items():
         F = y.conj().T @ applied(change, z, x)  # y_i^H dP(z_j) x_j
         slopes_of_roots = np.zeros_like(z)
-        for cluster in clusters:
-            roots = cluster.roots
-            block = F[np.ix_(roots, roots)]
-            if not cluster.regular:
+        for roots, block, is_regular in clusters:
+            change_block = F[np.ix_(roots, roots)]
+            if not is_regular:
                 sizes = _term_sizes(applied, change, z[roots], x[:, roots], y[:, roots])
-                separates = np.abs(block).max() > 100 * EPS * sizes.max()
+                separates = np.abs(change_block).max() > 100 * EPS * sizes.max()
                 slopes_of_roots[roots] = np.inf if separates else 0.0
                 continue
-            quotient = np.linalg.solve(cluster.block, -block)
+            quotient = np.linalg.solve(block, -change_block)
             if len(quotient) == 1:
                 slopes_of_roots[roots] = quotient[0]
             else:
