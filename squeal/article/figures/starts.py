@@ -36,6 +36,7 @@ def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
         present = set()
         for axes, (name, case) in zip(grid.flat, cases.items(), strict=False):
             longest_map = longest(case)
+            # (tilts, heights), as `pcolormesh` takes values at (y, x)
             codes = np.array([[int(digit) for digit in row] for row in longest_map.rows])
             reference_kind = longest_map.own  # of the reference initial conditions
             present |= {*codes.ravel().tolist(), reference_kind}
@@ -43,10 +44,11 @@ def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
             axes.pcolormesh(
                 edges, edges, codes, cmap=palette, norm=norm, edgecolors="face", linewidth=0.4
             )
+            # a cross at the equilibrium, and a dot at the reference initial conditions
             axes.plot(0.0, 0.0, "+", color="k", ms=5, mew=0.9, path_effects=HALO)
             _x, height, tilt = case.reference
-            ring = COLOURS[reference_kind]
-            axes.plot(height, tilt, "o", mfc=ring, mec="k", ms=5, path_effects=HALO)
+            colour = COLOURS[reference_kind]
+            axes.plot(height, tilt, "o", mfc=colour, mec="k", ms=5, path_effects=HALO)
             axes.set_title(short_title(name), pad=3.0)
             axes.set_aspect("equal")
             axes.set_xticks([-1, 0, 1])

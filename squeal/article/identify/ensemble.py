@@ -262,7 +262,7 @@ def simulate_many(
     ComputationError
         Where heyoka is not installed, a number is not finite or a length of time below 0.
     """
-    heyoka()
+    heyoka()  # raises where it is not installed
     starts = np.asarray(initial, dtype=float)
     # all numbers as arrays (n,), of which each process takes a part; so also each entry of the
     # damping matrix, in `rows` for the model and in `entries` to be checked

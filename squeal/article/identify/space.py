@@ -94,10 +94,11 @@ def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
         parameters[name] = n[name]
     # `inertia` is relative to that of a homogeneous rectangle, m (w^2 + h^2) / 3
     parameters["I"] = n["inertia"] * (1.0 + n["h"] ** 2) / 3.0
-    parameters["theta0"] = np.copysign(beyond_level, n["tilt"]) * n["F_n"]  # F_n: over k1 w
+    # in units of F_n / (k1 w), which with k1 = w = 1 is F_n
+    parameters["theta0"] = np.copysign(beyond_level, n["tilt"]) * n["F_n"]
     parameters["alpha1"], parameters["alpha2"] = angles
     if law.absolute_gap:
-        # lifted from where its springs are relaxed, and still pressed in by the preload
+        # a released start, at y = lift F_n, then has the gap y0 + y = -preload F_n / k_c
         parameters["y0"] = -n["F_n"] * (n["preload"] / n["k_c"] + n["lift"])
     return Pad(**parameters)
 

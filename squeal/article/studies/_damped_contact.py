@@ -85,7 +85,8 @@ def touching_part(gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]
     one_edge = side * side
     full = on[0] * on[1]
     penetration = -one_edge * (on[0] * gl + on[1] * gt)
-    # 1 - one_edge keeps the divisor from zero where none or both touch and penetration is 0
+    # side * (gl - gt) is g_other - g; 1 - one_edge keeps the divisor from zero where none or both
+    # touch and penetration is 0
     half = full + penetration / (side * (gl - gt) + (1.0 - one_edge))
     return side * (1.0 - half), half
 
@@ -452,11 +453,12 @@ class Flow:
         self._passages.clear()
         self._times_invalid.clear()
         ta.pars[:] = pad.numbers
-        ta.pars[_ON : _ON + 2] = np.array(pad.at(state).gaps) < 0.0
+        ta.pars[_ON : _ON + 2] = np.array(pad.at(state).gaps) < 0.0  # which edges touch
         ta.time = 0.0
+        # the state is followed by its derivatives, 1 by the start and 0 by the parameters
         ta.state[:6] = state
         ta.state[6:] = self._first_derivatives.ravel()
-        ta.reset_cooldowns()
+        ta.reset_cooldowns()  # of events: one just seen in the last motion may come at once in this
         outcome, *_ = ta.propagate_until(time)
         if outcome != heyoka().hy.taylor_outcome.time_limit:
             raise ComputationError("the motion is not finite")

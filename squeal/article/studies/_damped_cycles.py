@@ -166,7 +166,7 @@ class Cycles:
         phase /= np.linalg.norm(phase)
         for _ in range(PASSES):
             cycle = self.over(x)
-            closure, jacobian = self.closure(cycle)
+            closure, jacobian = self.closure(cycle)  # (6,) and (6, 10)
             # an equation a row: closure, phase condition, conditions, pseudo-arclength
             rows = [*jacobian]
             residual = [*closure]

@@ -237,6 +237,7 @@ def _extrapolated(
     change of the state by n_j substeps, n_j of `SUBSTEPS`. The rows end with the first whose last
     two values are the same to rounding.
 
+    state : (displacement, angle, velocity, angular rate), the first and the third complex
     lever : length that makes an angle comparable with a displacement
     sizes : of position and of velocity, over which the error counts
     """
@@ -244,7 +245,7 @@ def _extrapolated(
     row: list[State] = []  # T(j-1, 0), T(j-1, 1), ...
     error = math.inf
     for j, n in enumerate(SUBSTEPS):
-        change, passed = _midpoint(f, state, first, h, n)
+        change, passed = _midpoint(f, state, first, h, n)  # passed: the poses after substeps
         new = [change]  # T(j, 0), ...
         for i in range(j):
             ratio = 1.0 / ((n / SUBSTEPS[j - 1 - i]) ** 2 - 1.0)
