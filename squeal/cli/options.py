@@ -309,7 +309,8 @@ def write_files(
 
 
 def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
-    """Refuse outputs that could not be written or would destroy something. Raises InputError."""
+    """Refuse outputs that could not be written, or would replace an input, another output or a file
+    of another kind. Raises InputError."""
     taken: dict[Path, str] = {}  # what each file is already
     for input_path in inputs:
         if isinstance(input_path, Path):
@@ -321,7 +322,8 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
         at = Place(as_typed(given, name))
         if heads and path.suffix not in heads:
             raise at.refuse(f"the name must end in {' or '.join(heads)}")
-        # where a link leads, also one to no file yet; of links in a circle it is still a link
+        # `realpath` follows links, also one to a file that does not exist yet. Links in a circle
+        # lead to no file: it returns one of them
         target = Path(os.path.realpath(path))
         if target.is_symlink() or (target.exists() and not target.is_file()):
             raise at.refuse("is no plain file; the name of a file is allowed")
