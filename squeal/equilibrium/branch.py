@@ -356,7 +356,7 @@ class _Front(NamedTuple):
                 return statics.fold_step(z, touching)
             return statics.surface_step(z, touching, conditions)
 
-        displacement_under_load = 1.0 / self.scale[0]
+        displacement_under_load = 1.0 / self.scale[0]  # x, y and w theta are scaled to it
         z, derivatives, converged = newton(step_from, start, unit=displacement_under_load)
         with np.errstate(all="ignore"):
             # scaled dz . ahead = 1: of the two senses of a tangent the one that goes on ahead
@@ -430,7 +430,8 @@ class _Front(NamedTuple):
         """Events other than folds, by their numbers (k,), located from guesses (4, k) by Newton's
         method; `good` is false where that fails or where another event comes first."""
         z, tangent, slope, good = self.corrected(guess, self._event_surface(event, guess))
-        # where another event is passed already, this one is not the first
+        # where another event is passed already, this one is not the first. The number of an event
+        # is that of its row: points from 0 on, -1 and -2 in the last two rows
         others = self.statics.passed_events(z, 1.0 * self.touching, self.mu_max)
         others[event, np.arange(event.size)] = False
         # a gap has to pass zero in the sense that changes the contact: the event function, whose
@@ -510,7 +511,9 @@ class _Front(NamedTuple):
         is_last &= self.ahead[3] >= RISE
         normal = np.where(is_last, ALONG_MU, self.ahead * self.scale)
         guess[3] = np.where(is_last, self.mu_max, guess[3])
-        plane = self.no_surface()  # normal . z = normal . guess
+        # the plane normal . z = normal . guess: below the weights of gaps, which are zero, a
+        # surface has four rows of its normal and one of its right side
+        plane = self.no_surface()
         plane[-5:-1] = normal
         plane[-1] = (normal * guess).sum(axis=0)
         z, tangent, slope, good = self.corrected(guess, plane)

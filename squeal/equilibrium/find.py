@@ -233,7 +233,7 @@ def find_all(model: PadModel) -> list[Equilibrium]:
     distinct: list[np.ndarray] = []  # z (4,) of each
     equilibria: list[Equilibrium] = []
     for i in np.flatnonzero(search.presses):
-        z = search.z[:, i, 0]
+        z = search.z[:, i, 0]  # of try i; the last axis holds the only pad
         # many seeds lead to the same equilibrium
         distances = [np.abs(z - other).max() for other in distinct]
         if min(distances, default=np.inf) < SAME * (1.0 + np.max(np.abs(z))):

@@ -178,6 +178,7 @@ class Path:
         # where J' weights = e_mu = (0, 0, 0, 1): four equations for four weights. At a fold three
         # weights solve them, since mu is stationary along the branch
         weights = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
+        # (3 + j, coefficients): of the conditions, by the relative change of each coefficient
         rates = self._rates_of_conditions(z, touching, changed)
         by_coefficients = np.abs(weights @ rates).sum()
         # a load k u or F_n is its own derivative by the relative change of k or F_n: the columns
