@@ -235,6 +235,7 @@ def negative_pivots(matrix: csc_array) -> int:
     # shift makes them positive
     shift = diags_array(FREE_MOTION * np.abs(matrix.diagonal()))
     try:
+        # rows and columns are ordered alike, and no pivot is taken off the diagonal for its size
         factors = splu(
             csc_array(matrix + shift),
             permc_spec="MMD_AT_PLUS_A",

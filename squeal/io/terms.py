@@ -41,7 +41,8 @@ def swept_parameter(system: Document, at: Place) -> str:
 
 
 def terms_of(system: Document, at: Place, parameter: str) -> list[TermKeys]:
-    """The terms of M, C, K and K4 in their order, powers of the parameter among them.
+    """The terms of M, C, K and K4 in their order, powers of the parameter among them. K4 is the
+    matrix of structural damping, which adds i K4 to K.
 
     system: the keys of a system file; parameter: the one that is swept, whose powers multiply K0,
     K1, ..., and C0, C1, ...

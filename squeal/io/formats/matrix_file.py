@@ -142,7 +142,7 @@ def sum_entries(
     """
     if max(shape) > MOST_ROWS:
         raise ValueError(f"{max(shape):.6g} rows; at most {MOST_ROWS} are read")
-    matrix = coo_array((values, tuple(indices)), shape=shape).tocsc()
+    matrix = coo_array((values, tuple(indices)), shape=shape).tocsc()  # sums entries of one place
     summed = len(values) - matrix.nnz
     if not summed:
         return matrix, ()
