@@ -305,7 +305,7 @@ class SpectrumAtParameter:
         slopes = self.slopes
         differences = z[:, None] - z
         unresolved = self.unresolved
-        conjugate = self.conjugate
+        conjugate = self.conjugate  # a new array, which is changed below
         if self.problem is DAMPED:
             may_meet = z.imag >= -self.rounding
         else:
@@ -459,7 +459,9 @@ class Continuation:
         dB = left @ dC @ right - mass_slope @ B
         abs_left = np.abs(left)
         abs_right = np.abs(right)
-        mass_error = abs_left @ np.abs(M) @ abs_right  # what rounding makes of left M right = 1
+        # sizes: rounding of each entry over the machine precision. The last term is that of
+        # left M right = 1, which moves A by its product with A
+        mass_error = abs_left @ np.abs(M) @ abs_right
         sizes = abs_left @ np.abs(K) @ abs_right + mass_error @ np.abs(A)
         damping_sizes = abs_left @ np.abs(C) @ abs_right + mass_error @ np.abs(B)
         if self.problem is not UNDAMPED:
@@ -470,6 +472,7 @@ class Continuation:
             sizes = first_order(-sizes, -damping_sizes, self.frequency_scale)[0]
             dA[:n] = 0.0  # the upper rows are exact and constant
             sizes[:n] = 0.0
+            # D^-1 A D with D = diag(state scales), which balances A and leaves its eigenvalues
             ratios = self._state_scales / self._state_scales[:, None]
             A *= ratios
             dA *= ratios

@@ -161,20 +161,23 @@ def _doubtful_turn(step: Step, roots: Bools) -> float | None:
 
 
 def _crossings_of_one(step: Step, k: int, sides_known: bool) -> Iterator[EventGuess]:
-    """Where one root crosses the line: zeros of the cubic of its real part over the step.
+    """Where one root passes from decay to growth or back: zeros of the cubic of its real part.
+
+    A damped z = lambda crosses the imaginary axis; an undamped real z = -lambda^2 changes its sign.
 
     k: the index of the root before the step; sides_known: whether it is certain, at both ends of
-    the step, on which side of the line the root lies, or that it lies on it.
+    the step, whether the real part is positive, negative or zero.
     """
     before = step.before
     after = step.after
     is_real = before.z_is_real[k] and after.z_is_real[step.order[k]]
-    # no root z = -i lambda, and no complex s, crosses its line alone: two of them have to meet
+    # a gyroscopic z = -i lambda and a complex z = -lambda^2 do not begin or cease to grow alone:
+    # two of them have to meet on the real axis
     if before.problem is GYROSCOPIC or (before.problem is UNDAMPED and not is_real):
         return
     ends = np.array([values[k] for values in step.ends])  # (4,): see `StepEnds`
     path = ends.real.copy()
-    if sides_known:  # a root on the line at an end: set to zero, so that its slope tells its side
+    if sides_known:  # zero to rounding at an end: set to zero, so that its slope tells its side
         at_ends = path[[0, 2]]  # the values; 1 and 3 are slopes
         path[[0, 2]] = np.where(np.abs(at_ends) <= step.rounding[k], 0.0, at_ends)
     length = after.value - before.value

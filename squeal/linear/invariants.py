@@ -148,7 +148,9 @@ def _discriminant(
         The relative error of a term for each of its factors.
     """
     mean = trace.value / 3
-    error = trace.bound  # the bound of an entry of the deviator
+    # bounds the error of an entry x - mean of the deviator: half of it that of x, a third that of
+    # the mean
+    error = trace.bound
     e = [x - mean for x in diagonal]  # the diagonal of the deviator
     E = [np.abs(x) for x in e]
     J2 = 0.5 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) + cycles.p

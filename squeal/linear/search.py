@@ -218,8 +218,9 @@ class _AdaptiveRefinement:
         after = continuation.at(high)
         step = Step(before, after)
         starts_range = low == continuation.low
+        ends_range = high == continuation.high
         # division: the share of the step at which to divide it, None if all roots are matched
-        guesses, division = guesses_of(step, starts_range, high == continuation.high)
+        guesses, division = guesses_of(step, starts_range, ends_range)
         meetings = list(near_coalescences(before, after))
         is_bent = any(bends_within(continuation, step, factor) for factor in self.factors)
         # one pair gives two meetings at most, one seen from each end: these are of several pairs

@@ -120,7 +120,7 @@ def _is_crowded(spectrum: SpectrumAtParameter, length: float) -> bool:
         y = np.nan_to_num(-(v * u.conj()).real / np.abs(u) ** 2)  # where |u y + v| is least
     y = np.maximum(y, 1 / abs(length))
     interact = (np.abs(u * y + v) <= 2 * coupling) & ~spectrum.close
-    return bool(np.any(interact.sum(axis=1) > 1))
+    return bool(np.any(interact.sum(axis=1) > 1))  # some root with two others
 
 
 class _Approaches(NamedTuple):

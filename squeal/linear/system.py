@@ -171,7 +171,8 @@ class System:
         vars(self)["parameters"] = MappingProxyType(values)
 
     def _check_terms(self) -> None:
-        """Refuse matrices of different shapes and factors without a value. Raises InputError."""
+        """Refuse more labels than rows, matrices that are not square and of one shape, and factors
+        of parameters without a value. Raises InputError."""
         shape = self.M[0].matrix.shape
         if len(self.labels) > shape[0]:
             raise InputError(f"labels: {len(self.labels)} labels are not allowed; {shape[0]} are")

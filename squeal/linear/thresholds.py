@@ -439,7 +439,7 @@ def _located_exchange(
                 high = value
                 break
             low = value
-    if not is_smooth:
+    if not is_smooth:  # the lead jumps: its slope does not bound the error
         return zero, largest_half_width
     lead = _lead_of_pair(continuation.at(zero))
     error = lead.rounding / abs(lead.slope) if lead.slope != 0.0 else math.inf
