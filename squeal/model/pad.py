@@ -312,6 +312,8 @@ def coefficients(ops: Operations, pad: Pad, absolute_gap: bool) -> Coefficients:
     r2 = turned(w, h)
     rl = turned(-w, -h)  # lower corners, leading and trailing
     rt = turned(w, -h)
+    # from its corner spring 1 leads to its foot at the angle alpha1 from the x axis towards y,
+    # spring 2 at alpha2 from the negative x axis towards y; D leads from the foot to the corner
     L1 = _value_or(pad.L1, w)
     L2 = _value_or(pad.L2, w)
     gap_l: Number = 0.0
