@@ -193,6 +193,7 @@ def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
     values = np.ma.masked_invalid(numbers.T)  # rows of the second parameter; NaN is no value
     finite = values.compressed()
     if finite.size and np.ptp(finite) > 0.0 and min(values.shape) > 1:
+        # at most 10 colours, between edges at round numbers
         filled = axes.contourf(*grid, values, 9, cmap="viridis", alpha=0.85)
         levels = np.asarray(filled.levels)  # of the edges between the colours
         if quantity == "growth" and answer.details.get("threshold_curve"):
