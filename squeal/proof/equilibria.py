@@ -170,7 +170,7 @@ class _Neighbourhood:
         R_n, _ = self.balance.model.law.normal(coefficients, pose, factors_of(state))
         x, y, theta = (float(ball.mid()) for ball in box)
         reaction = float(flint.arb(R_n).mid())
-        K = in_doubles((-slopes).tolist())
+        K = in_doubles((-slopes).tolist())  # K = -dF/dq
         return EnclosedEquilibrium((x, y, theta), state, reaction, K, in_doubles(C.tolist()))
 
 

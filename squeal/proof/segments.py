@@ -372,10 +372,12 @@ def _are_own_images(
 
 
 def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> list[list[Tally]]:
-    """What all roots lambda, which are the eigenvalues of S, do over the interval.
+    """Whether the roots lambda, which are the eigenvalues of S, grow or decay over the interval.
 
-    One list, here of a single tally, for each part of the discs. In a Hamiltonian system a root
-    that equals its mirror image in the imaginary axis lies on that axis.
+    One list, here of a single tally, for each part: discs that overlap, which hold as many roots as
+    they have discs. In a Hamiltonian system the spectrum is symmetric about the imaginary axis. A
+    part of one root that equals its own mirror image holds the image of that root, so that the root
+    lies on the axis. Of a part of several roots this says nothing: they may mirror each other.
     """
     discs = moving_discs(S, half)
     bounds = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
