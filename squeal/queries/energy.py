@@ -462,7 +462,7 @@ def pad_terms(scene: Scene, analysis: PadAnalysis) -> list[NamedTerm]:
     q = np.array(analysis.q)
     frictionless_matrices = linearise(model.replace(mu=0.0), q, analysis.state)
     M, C, K = linearise(model, q, analysis.state)
-    terms = (
+    terms = (  # each with its part, name, role, matrix and factor
         NamedTerm("M", "mass", "mass", M, 1.0),
         NamedTerm("C", "damping", "damping", frictionless_matrices.C, 1.0),
         NamedTerm("C", "falling friction", "friction damping", C - frictionless_matrices.C, 1.0),

@@ -192,7 +192,8 @@ def _errors_of_squares(
     double. The square of a mode x then changes by (x^T dK x - square x^T dM x) / (x^T M x); the
     bounds of dK and dM are taken with the absolute values of x. Infinite for a mode without mass.
 
-    parameters: at which M and K are taken; shapes (n, m): of the modes.
+    parameters: at which M and K are taken; squares (m,): omega^2 of the modes, rad^2/s^2; shapes
+    (n, m): of the modes.
     """
     M, _, K = system.at(parameters)
     dM, _, dK = data_errors(system, parameters)

@@ -63,6 +63,7 @@ class ChangedBrakes:
                 good_at: list[Values] = [{}, {spectrum.parameter: IN_HAND * spectrum.value}]
                 for change in changes:
                     for share in (0.5, 1.0):
+                        # steps of the parameter, with the sign of the change
                         count = math.copysign(share * change.most, change.count)
                         good_at.append({change.parameter: change.of(count).after})
                 self._reduction = _reduced_system(source, good_at)

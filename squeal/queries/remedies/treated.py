@@ -242,11 +242,11 @@ class TreatedBrake:
             omega = float(meeting.omega.mean())
             nearest = np.argsort(abs(self.spectrum.values - 1j * omega))[:ROOTS]
             chosen.update(nearest.tolist())
-        blocks = list(self.modes.shapes)  # of columns
+        blocks = list(self.modes.shapes)  # arrays (n, columns), one a mode
         for k in sorted(chosen):
             root = self.spectrum.eigenvalues[k]
             for vector in (root.right, root.left):
-                if len(vector):
+                if len(vector):  # without its vectors a root has empty ones
                     blocks.append(np.array([vector.real, vector.imag]).T)
         columns = np.hstack(blocks)
         unit_columns = columns / divisor(np.linalg.norm(columns, axis=0))

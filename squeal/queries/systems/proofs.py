@@ -293,6 +293,7 @@ def _open_with_roots_as_given(
 
     Their errors and the bound of growth are those of all entries within half an ulp.
     """
+    # enclosures of the entries as given know no rounding of these: their roots get that of the list
     largest_rounding = max(root.rounding for root in roots)
     roots_as_given = []
     for root in _roots_of_pieces(matrices, refutation.pieces):

@@ -240,6 +240,9 @@ def _roots_of_region(
     Roots are searched a little beyond the ends of the region, and further if they have errors: the
     true value of a root outside may lie inside. Growing roots that the search meets outside are
     listed as `outside`.
+
+    add_errors: puts the error of each root (rad/s) beside it, as of a reduced system; None where
+    roots have none.
     """
     share = NARROW
     if add_errors is not None:
