@@ -111,7 +111,7 @@ class SciPyIntegrator(Integrator):
         c = self._model.c
         moving = states.astype(complex)  # rates of the gaps by the complex step
         moving[:3] += 1j * _IMAGINARY * states[3:]
-        gaps = np.array(self._model.law.gaps(c, pose_of(np, c.xy_theta(moving))))
+        gaps = np.array(self._model.law.gaps(c, pose_of(np, c.xy_theta(moving))))  # (points, n)
         gaps *= np.where(contact, 1.0, -1.0)[:, None]
         rates = gaps.imag / _IMAGINARY
         h = np.diff(nodes)
@@ -122,8 +122,8 @@ class SciPyIntegrator(Integrator):
         second = 3 * (b - a) - 2 * da - db
         third = 2 * (a - b) + da + db
         with np.errstate(all="ignore"):
-            # the slope da + 2 second s + 3 third s^2 has two roots; at this one the cubic has its
-            # maximum
+            # the slope da + 2 second s + 3 third s^2 has two roots; at this one, which is
+            # -(second + sqrt(...)) / (3 third), its derivative is -2 sqrt(...): a maximum
             share = da / (np.sqrt(second**2 - 3 * da * third) - second)
             top = a + share * (da + share * (second + share * third))
             # above zero, or below by less than a fiftieth of the end that is nearer to zero: the

@@ -73,7 +73,7 @@ def equations(law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()) -> Equ
     `PadModel.terms`, whose numbers, `PadModel.term_values`, follow as runtime parameters.
     """
     c = Coefficients(*(hy.par[i] for i in range(len(NAMES))))
-    first = len(NAMES) + law.points
+    first = len(NAMES) + law.points  # in between stands the contact of each point
     numbers = [hy.par[first + i] for i in range(term_count(terms))]
     state = hy.make_vars("x", "y", "s", "u", "v", "r")  # s = w theta; u, v, r: rates of x, y, s
     velocities = state[3:]
@@ -89,6 +89,7 @@ def equations(law: ContactLaw, on: Touching, terms: tuple[str, ...] = ()) -> Equ
             drag = sum(entry * speed for entry, speed in zip(row, velocities, strict=True))
             rates[3 + i] = rates[3 + i] - drag
     pose = pose_of(hy, q)
+    # the model ends where one of these falls to zero
     limits = [facing(c, pose)]
     for (vx, vy), free_length in zip(spring_vectors(c, pose), (c.L1, c.L2), strict=True):
         length = hy.sqrt(vx * vx + vy * vy)
