@@ -149,11 +149,14 @@ class Assembly:
             slope += left.conj().T @ C @ right
         truncation = self.truncation_term(z, right, left, system.parameters)
         bounds = root_error_bounds(z, slope, *truncation)
+        # of an undamped system a root that meets no other one moves along the imaginary axis
         growth_errors = np.where(bounds.stay_on_axis & system.undamped, 0.0, bounds.errors)
         with_rounding = np.maximum(bounds.errors, assumed_rounding(z, system.undamped))
         errors = {}
         for k, value in enumerate(z.tolist()):
-            errors[value] = _RootError(float(with_rounding[k]), float(growth_errors[k]))
+            errors[value] = _RootError(
+                error=float(with_rounding[k]), growth_error=float(growth_errors[k])
+            )
             errors[value.conjugate()] = errors[value]
         return errors
 

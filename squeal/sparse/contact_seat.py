@@ -415,7 +415,7 @@ class _PairLaws(NamedTuple):
     exponent: Array
     reference: Array
     bonded: Bools
-    tangential: Array  # stiffness across the normal
+    tangential: Array  # N/m, stiffness across the normal
 
     def unit_forces(self, approach: Array) -> tuple[Array, Array]:
         """Normal forces (m,) over the factor, and their derivatives by the approach (m,).
@@ -435,7 +435,11 @@ class _PairLaws(NamedTuple):
 
 
 def _pair_laws(directions: PairDirections, parameters: Parameters) -> _PairLaws:
-    """The laws of the pairs of one contact at some parameters."""
+    """The laws of the pairs of one contact at some parameters.
+
+    Stiffnesses and reference of a `Contact` are those of a unit of area, of which each pair has its
+    share; without areas the share of each is 1.
+    """
     contact = directions.contact
     area = directions.area
     # where the contact slides friction is all that acts across the normal
@@ -539,7 +543,9 @@ class _Seat(NamedTuple):
 def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     """The equilibrium (K + T) u = load + push F(approach) of the structure K (n, n) under a load
     (n,), by Newton's method: T are the tangential springs of the closed pairs, F their normal
-    forces, and the approach is -gap - normal u.
+    forces, and the approach (m,) is -gap - normal u. Of m pairs, `normal` (m, n) and `across`
+    (2 m, n) take displacements to relative ones, and `push` (n, m) takes normal forces to loads
+    with their friction.
 
     Each step solves the structure with the tangent springs of the closed pairs, then closes the
     pairs that are pressed and opens the others. With constant stiffness the method ends when the

@@ -242,7 +242,7 @@ def roots_at(
         right_vectors[:, group] = right[:, repeated]
         left_vectors[:, group] = left[:, repeated]
 
-    list(side_by_side(add_vectors, _clusters(ordered)))
+    list(side_by_side(add_vectors, _clusters(ordered)))  # `list` makes it compute all
     return Roots(ordered, right_vectors, left_vectors)
 
 

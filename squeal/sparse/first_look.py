@@ -92,6 +92,7 @@ class Structure:
         try:
             self.factor = factorise(self.F)
         except ZeroDivisionError:  # the shift is the square of a natural frequency
+            # by a millionth, or by as much as stands out from the rounding of F
             shift_change = max(1e-6 * self.shift, 1e-12 * abs(self.F).max() / abs(self.M).max())
             self.shift += shift_change
             self.F = (self.F - shift_change * self.M).tocsc()
@@ -510,15 +511,16 @@ class FirstLook(Reduction):
         problem. All roots of the region are solved if the basis may miss one, or if the error of
         one is coarse.
         """
-        problem = self.scaled.at(changes)
+        problem = self.scaled.at(changes)  # the full problem
         all_values = self._projected_values(changes)
+        # the basis holds all real modes up to `reach`; `wide` is the region with a margin
         rough_values = all_values[np.abs(all_values) <= self.reach]
         near_values = all_values[self.wide.contains(all_values)]
         is_zero = near_values == 0.0  # the root of a rigid body, which is exact
         projected = self._roots_with_errors(changes, near_values[~is_zero])
         z = projected.roots.values
         errors = projected.errors
-        distances = self.region.distance(z)
+        distances = self.region.distance(z)  # rad/s, negative inside
         is_inside = self.region.contains(z)
         zeros = near_values[is_zero & self.region.contains(near_values)]
         no_error = np.zeros(len(zeros))

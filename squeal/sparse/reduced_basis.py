@@ -334,7 +334,7 @@ class ReducedBasis:
         is_chosen = is_finite & region.contains(values)
         # left vectors are those with left^H at_shift right = 1: columns of (at_shift right)^-H
         solve = solver_near_singular(at_shift @ right, np.finfo(float).tiny)
-        left = solve(np.eye(len(B), dtype=complex)[:, is_chosen], True)
+        left = solve(np.eye(len(B), dtype=complex)[:, is_chosen], True)  # True: by the adjoint
         roots = Roots(values[is_chosen], right[:, is_chosen], left)
         return roots.select(self._are_modes(roots))
 

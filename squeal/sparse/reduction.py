@@ -255,7 +255,7 @@ class Reduction:
 
         def with_errors(reduced: Term) -> Term:
             """The reduced term with bounds of errors, from the full term that stands behind it."""
-            with_bounds = next(full_terms).mapped(bound, bound)
+            with_bounds = next(full_terms).mapped(bound, bound)  # its matrix is not used
             return replace(with_bounds, matrix=reduced.matrix)
 
         system = self.system.mapped(with_errors, self.system.labels)
