@@ -104,6 +104,7 @@ def energy_gained(pad: Pad, line_force: str) -> tuple[float, float]:
 
     The path is a circle in (y, w theta), passed through once, without friction. The work on it
     comes from the trapezoidal rule, which converges geometrically for a closed smooth path.
+    line_force: the law, "integral" or "mean" (as printed), see `Formulation`.
     """
     frictionless = pad.replace(mu=0.0)
     formulation = Formulation(line_force=line_force)  # type: ignore[arg-type]
@@ -180,7 +181,7 @@ def contact_loss_point(pad: Pad) -> Measured:
     """E11: share of random poses whose contact state by Eq. (12) is not that of their edge
     penetrations, for three tilts."""
     random = np.random.default_rng(2)
-    c = coefficients(math, pad, True)
+    c = coefficients(math, pad, absolute_gap=True)
     count = 400
     numbers = {}
     shares = []

@@ -240,6 +240,10 @@ def simulate_many(
         Its parameters are numbers or arrays (n,), see `stack`.
     initial, stop : (n, 6) array, float or (n,) array
         First states and lengths of time.
+    tolerance : float
+        Of the integrator.
+    formulation : Formulation
+        Of the line contact.
     measure : callable, optional
         What is measured, see `Measure`; a function of a module if there are several processes.
     events : bool

@@ -563,6 +563,7 @@ def verdicts_of_repeat(block: Computed, repeat: int, index: int) -> RepeatVerdic
     verdicts["differ"] = _yes_or_no(0 < len(points_hammer) < len(CASES))
     verdicts["c_only"] = _yes_or_no(set(points_hammer) & set(line_hammers) == {"c"})
     if shares:
+        # shares of the points end in 1, those of the line in 2
         verdicts["lost"] = _longer(shares["lost1"], shares["lost2"])
         verdicts["apart"] = _longer(shares["apart1"], shares["apart2"])
         two_springs = _two_springs_less_line(block, repeat_of_others, index)

@@ -95,7 +95,7 @@ def _first_lasting(
 def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None:
     """The shortest disturbance found from one seed of random numbers, None where none lasts."""
     random = np.random.default_rng(seed)
-    columns = unit_disturbances(pad, norm)
+    columns = unit_disturbances(pad, norm)  # (6, k)
     best = _first_lasting(pad, columns, random)
     if best is None:
         return None

@@ -25,8 +25,8 @@ def study(files: Sequence[Path]) -> Findings:
 def sentences(record: Findings) -> dict[str, bool]:
     """What the paper says of the findings."""
     by_id = {finding.id: finding for finding in record.findings}
-    law = by_id["E4"].measured
-    conditions = by_id["E9"].measured
+    law = by_id["E4"].measured  # of the line's law as printed ("mean") and as integral
+    conditions = by_id["E9"].measured  # of Fig. 13: shares of the map as printed, and complete
     # energy over the greatest kinetic energy; missing where the model ends
     printed_law_feeds = law.get("fed_mean", 0.0) > 0.01 > abs(law.get("fed_integral", 0.0))
     map_grows = conditions["complete"] > 2.0 * conditions["as_printed"]

@@ -88,10 +88,11 @@ def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Con
     reaction = run.extrema["Rn"]  # (least, greatest) over F_n; None without contact
     return Contact(
         count=count,
-        lost=1.0 - run.shares["FC"],  # full contact
-        apart=run.shares["SS"],  # surfaces separated
+        lost=1.0 - run.shares["FC"],  # FC: full contact
+        apart=run.shares["SS"],  # SS: surfaces separated
         losses=sum(event.target == "SS" for event in run.events),
         peak=reaction[1] if reaction else 0.0,
+        # over the largest range of the motion on the line in x, y or w theta
         off=float(difference / np.ptp(on_line, axis=1).max()),
     )
 

@@ -283,7 +283,7 @@ def settle(starts: Sequence[DampedStart], before: float, observed: float) -> Lat
     The starts have pads of one model and formulation.
     """
     _, second_signal = starts[0].model.law.plotted
-    line = not second_signal.is_force  # on the line it is delta
+    is_line = not second_signal.is_force  # on the line it is delta
     first = run(starts, before)
     ends = first["final"]
     valid = np.flatnonzero(first["valid"]).tolist()  # indices of motions that reach this time
@@ -295,7 +295,7 @@ def settle(starts: Sequence[DampedStart], before: float, observed: float) -> Lat
         if late["valid"][row]:
             case = case_of(late, row, starts[i].model.pad.V)
             full = float(late["shares"][row, FULL_CONTACT])
-            settled[i] = _settled(case, int(late["changes"][row]), full, line)
+            settled[i] = _settled(case, int(late["changes"][row]), full, is_line)
     return Late(ends, settled)
 
 

@@ -22,7 +22,7 @@ from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
 from squeal.model.pad import Pad
 
 CELLS = 240  # a side
-ENDS = ((0.0, math.pi), (0.0, math.pi))
+ENDS = ((0.0, math.pi), (0.0, math.pi))  # of the map over alpha1 and alpha2, rad
 
 Curve = tuple[tuple[float, float], ...]
 """Points (alpha1, alpha2) in rad."""

@@ -258,6 +258,7 @@ def sentences(record: Sets) -> Mapping[str, bool]:
     sets = record.sets.values()
     flat = record.flat
     first = record.sets[REFERENCE]
+    # lost, apart: shares of the time, see `ParameterSet`; TWO: the line on two points
     hammering = [s.hammering for s in sets]  # by set and model the cases
     both = [set(by_model["B1"]) & set(by_model["B2"]) for by_model in hammering]
     # without heyoka no damped motions are simulated, and the last sentence is not tested

@@ -106,10 +106,10 @@ def measured_cases(scene: Scene, states: np.ndarray, windows: int) -> list[Case 
         scene.model,
         scene.pad,
         states,
-        windows * scene.stop,
-        TOLERANCE,
-        scene.formulation,
-        measures,
+        stop=windows * scene.stop,
+        tolerance=TOLERANCE,
+        formulation=scene.formulation,
+        measure=measures,
     )
     cases = []
     for i, valid in enumerate(motions["valid"].tolist()):
