@@ -405,7 +405,7 @@ class _Front(NamedTuple):
         fold : bool
             Whether folds are located, or the other events.
         """
-        passed = self._passed_on(curve, fold)
+        passed = self._passed_on(curve, fold)  # at shares (k,): which events (events, k)
         before = low
         after = high
         for _ in range(HALVINGS):

@@ -145,8 +145,8 @@ def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
     share, range_end = hy.make_vars("share", "range_end")
     on = _symbols("on", law.points)
     curve = _symbols("curve", 16)
-    # z at the share by Horner's rule; each power of the share has four coefficients, one of each
-    # entry of z, and the cubic ones come last
+    # z = (x, y, w theta, mu) at the share by Horner's rule; each power of the share has four
+    # coefficients, one of each entry of z, and the cubic ones come last
     z = curve[12:]
     for power in (2, 1, 0):
         of_power = curve[4 * power : 4 * power + 4]
@@ -155,6 +155,7 @@ def _excesses(law: ContactLaw) -> hy.cfunc_dbl:
     for touches, gap, bound in zip(on, *_gaps_and_rounding(law, z), strict=True):
         outwards = 2.0 * touches - 1.0  # 1 for a point that touches, else -1
         excesses.append(outwards * gap - bound)
+    # tilted past 90 degrees; THETA_0 and C are symbols of the pad's numbers
     excesses.append(_size(THETA_0 + z[2] / C.w) - np.pi / 2)
     excesses.append(z[3] - range_end - RANGE_ROUNDING * range_end)
     return hy.cfunc(excesses, vars=[share, *on, range_end, *curve])
