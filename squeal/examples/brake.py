@@ -181,7 +181,7 @@ def _mass_and_stiffness(
     """
     from scipy.sparse import coo_array
 
-    young, poisson, density = material
+    young, poisson, density = material  # Pa, 1 and kg/m^3
     shear = young / (2.0 * (1.0 + poisson))
     lame = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
     shapes, slopes = _at_gauss_points(coordinates.T[cells.T])
