@@ -339,7 +339,7 @@ def _contact(
 ) -> Contact:
     """A contact from its keys and the table of its pairs, or the faces of both components.
 
-    Raises InputError.
+    values: the parameters, by which formulas in the keys become numbers. Raises InputError.
     """
     arguments: dict[str, Any] = {}  # of `Contact`, as the keys give them
     for key, value in keys.items():

@@ -111,7 +111,7 @@ def _unv_lines(coordinates: Coordinates, shapes: Shapes) -> Iterator[str]:
     if coordinates.cells:
         yield f"{edge}\n{edge}\n{2412:6d}"
     for number, (name, nodes) in enumerate(coordinates.cells, 1):
-        corners = nodes[: CELLS[name].corners]
+        corners = nodes[: CELLS[name].corners]  # without nodes in the middle of edges
         # behind the kind of element a physical property, a material and a colour
         yield _columns(number, CELLS[name].unv, 1, 1, 7, len(corners))
         yield _columns(*(labels[corner] for corner in corners))

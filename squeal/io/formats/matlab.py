@@ -238,7 +238,7 @@ def _read_hdf5(path: Path) -> dict[str, Matrix]:
     def numbers(dataset: h5py.Dataset) -> NDArray:
         check_full_size(path, [dataset.shape])
         stored: NDArray = dataset[()]
-        if stored.dtype.names:
+        if stored.dtype.names:  # complex numbers are records of two
             return stored["real"] + 1j * stored["imag"]
         return stored
 
