@@ -103,7 +103,7 @@ class Factor:
         lowest, highest = box
         low, high = ends
         error = self.chord_error(low, high)
-        at_ends = self.points(ends)
+        at_ends = self.points(ends)  # (2, 2): real and imaginary part at each end
         if not halvings and math.isinf(error):
             error = 0.0
         if np.all(at_ends - error >= lowest) and np.all(at_ends + error <= highest):

@@ -339,6 +339,8 @@ def _frequency_scale(samples: Sequence[MCK]) -> float:
 def _balancing(matrices: Sequence[NDArray]) -> tuple[Array, Array]:
     """Factors (n, 1) and (1, n), powers of 2, of rows and columns, so that entries are about one.
 
+    All matrices (n, n) get the same factors: each entry counts by the largest of its sizes in them.
+
     First the logarithms of all entries are brought near zero by least squares (Curtis and Reid
     1972), whatever the units; then the largest entry of each row and column is brought to about
     one. Rows (k = 0) and columns (k = 1) take turns, eight times and three times: each is then

@@ -315,7 +315,7 @@ class SpectrumAtParameter:
         if self.problem is GYROSCOPIC:  # two that are opposite meet at zero
             conjugate |= (np.abs(z[:, None] + z) <= unresolved) & self.z_is_real
         k, l = np.nonzero(np.triu((may_meet[:, None] & may_meet) | conjugate, 1))  # k < l
-        both_ways = np.stack([k, l]), np.stack([l, k])  # of W the entries (k, l) and (l, k)
+        both_ways = np.stack([k, l]), np.stack([l, k])  # (2, pairs): entries (k, l) and (l, k)
         with np.errstate(all="ignore"):
             inverse = np.where(np.abs(differences) > unresolved, 1 / differences, 0.0)
             F = W * inverse
@@ -390,7 +390,7 @@ class Continuation:
         self._components: list[NDArray[np.intp]] = list(np.arange(self.size)[:, None])
         self._state_scales = np.ones(self.size)
         zero = np.zeros_like(samples[0][0])
-        # these calls set the frequency scale and the components too
+        # these calls set the frequency scale and the components too; slopes do not matter yet
         problems = [self._standard_problem(matrices, (zero, zero, zero)) for matrices in samples]
         if (
             self.problem is not UNDAMPED
@@ -444,10 +444,12 @@ class Continuation:
         return StandardProblem(A, dA, sizes)
 
     def _regular_problem(self, matrices: MCK, slopes: MCK) -> StandardProblem:
-        """The problem of projected matrices with a regular M, in first-order form if damped.
+        """The problem of projected matrices with a regular M: undamped that of A, else of the
+        first-order form of A and B.
 
-        With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
-        derivatives are dA = L dK R - (L dM R) A and dB = L dC R - (L dM R) B.
+        With L M R = 1 (`left`, `right`) A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
+        derivatives are dA = L dK R - (L dM R) A and dB = L dC R - (L dM R) B. slopes: dM, dC and
+        dK.
         """
         M, C, K = matrices
         dM, dC, dK = slopes
@@ -466,6 +468,7 @@ class Continuation:
         damping_sizes = abs_left @ np.abs(C) @ abs_right + mass_error @ np.abs(B)
         if self.problem is not UNDAMPED:
             n = len(A)
+            # the first call finds the scale 0 and sets it; all later ones keep it
             A, self.frequency_scale = first_order(A, B, self.frequency_scale or None)
             dA = first_order(dA, dB, self.frequency_scale)[0]
             # `first_order` changes the signs of its blocks

@@ -38,7 +38,7 @@ def structure_stiffness(
     Parameters
     ----------
     system : System
-        The system; K is taken at its parameters.
+        The system; K is taken at its parameters, but without friction (`frictionless`).
     without : collection of int
         Indices of terms of K that are left out.
 

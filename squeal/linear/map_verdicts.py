@@ -37,7 +37,8 @@ def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ENTRY_RO
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    # as a share of the norm: an error e of the matrix moves a triple root by its cube root
+    # as a share of the norm: an error e of the matrix, taken as that of an entry times twice the
+    # number of rows, moves a triple root by its cube root
     share = (2 * matrices.shape[-1] * relative_errors) ** (1 / 3)
     rounding = norm * share[:, None]
     fastest = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]

@@ -133,7 +133,7 @@ class Tabulated:
         return total
 
     def curvature(self, parameters: Parameters, name: str, low: float, high: float) -> float:
-        """A bound of |second derivative| by the parameter `name` between two values of it.
+        """A bound of |second derivative| by the parameter `name` between `low` and `high`.
 
         By the table's parameter each piece between two points of the table is a cubic: its second
         derivative is linear, so that it is greatest at an end. inf where the factor, too, depends
@@ -208,7 +208,7 @@ class Modulus:
         return complex(self._dual(parameters, name).slope)
 
     def curvature(self, parameters: Parameters, name: str, low: float, high: float) -> float:
-        """A bound of |second derivative| by a parameter between two values of it.
+        """A bound of |second derivative| by the parameter `name` between `low` and `high`.
 
         inf (no bound known) by the frequency, and where both factor and loss depend on the
         parameter.

@@ -76,7 +76,7 @@ def short_floats(value: object) -> np.dtype[np.floating] | None:
     few_bits = (np.finfo(type_of_parts).nmant + 1) // 2
     for part in parts:
         mantissas, _ = np.frexp(part.astype(float))
-        scaled = np.ldexp(mantissas, few_bits)
+        scaled = np.ldexp(mantissas, few_bits)  # whole numbers if no entry has more bits
         if np.any(scaled != np.round(scaled)):
             return type_of_parts
     return None

@@ -686,7 +686,7 @@ def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
     is_unresolved: whether the search could not divide a step as often as it required.
     """
     continuation = result.continuation
-    counts = result.unstable_counts
+    counts = result.unstable_counts  # below the first cluster, between them, above the last
     if is_unresolved:
         yield "the search ran out of values, or a factor bends too much between two of them"
     widest = WIDEST_INTERVAL * (continuation.high - continuation.low)

@@ -324,7 +324,7 @@ def _verdicts_around(
     if begins == ends:
         return []
     events = result.clusters[cluster]
-    direction = 1 if begins else -1
+    direction = 1 if begins else -1  # 1: of roots that begin to grow as the parameter rises
     kind = after.verdict if begins else before.verdict
     kinds = {event.kind for event in events if event.direction == direction}
     if len(kinds) == 1:
@@ -443,6 +443,7 @@ def _located_exchange(
         return zero, largest_half_width
     lead = _lead_of_pair(continuation.at(zero))
     error = lead.rounding / abs(lead.slope) if lead.slope != 0.0 else math.inf
+    # the last term is the rounding of the value itself
     return zero, min(error, largest_half_width) + 1e-12 * abs(zero)
 
 
@@ -463,7 +464,7 @@ def _meeting_on_real_axis(
     spectrum = flutter[0]  # at the end where the pair is complex
     if not len(spectrum.right):  # roots without vectors
         return None
-    k = spectrum.unstable_pairs[0]
+    k = spectrum.unstable_pairs[0]  # the fastest
     z = spectrum.z  # lambda over the scale, or -lambda^2: real where two real lambda meet
     conjugate = int(np.argmin(np.abs(z - z[k].conj())))
     both = [k, conjugate]
