@@ -181,7 +181,7 @@ def _cells(axes: Axes, answer: Map) -> _Drawn:
 
 
 def _contours(axes: Axes, answer: Map, level: float | None) -> _Drawn:
-    """Draw the quantity as filled contours with labelled edges; grey where it has no value.
+    """Draw the quantity of a map as filled contours with labelled edges; grey where it has none.
 
     level: a value of the quantity whose contour is drawn thick, if the map reaches it.
     """

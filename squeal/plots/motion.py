@@ -93,9 +93,9 @@ def pieces(
 ) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Cut a signal into one curve (time, value) a contact state, to be drawn in its colour.
 
-    t, values (m,): samples. The intervals of a state are joined to one curve, with NaN between
-    them. Each begins and ends at a located contact change, where the value is interpolated, and
-    holds every sample in between.
+    t, values (m,): samples; timeline: intervals, each of one contact state. The intervals of a
+    state are joined to one curve, with NaN between them. Each begins and ends at a located contact
+    change, where the value is interpolated, and holds every sample in between.
     """
     curves: dict[str, list[np.ndarray]] = {}
     for start, stop, state in timeline:
