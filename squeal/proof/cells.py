@@ -173,12 +173,13 @@ def cell_around(
 
 
 def cell_about_origin(balance: Balance, high: float) -> Cell:
-    """The only cell of a linear model, whose equilibrium is the origin at all frictions.
+    """The only cell of a linear model, from friction 0 to `high`; the equilibrium is the origin.
 
     The origin is exact: as boxes around it `radii` and `unique_within` have no width.
     """
     middle = high / 2.0
     half = middle * (1.0 + OVERLAP)
+    # polynomials in t: x = y = theta = 0 and mu = middle + half t
     centre = (flint.arb_poly([0]),) * 3 + (flint.arb_poly([middle, half]),)
     radii = np.zeros(4)
     state = balance.model.full

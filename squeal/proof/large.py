@@ -407,7 +407,8 @@ class _InertiaOfAll(NamedTuple):
 def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, sigma: float) -> str:
     """Prove that K between {u: MX' u = 0} and {w: MY' w = 0} has no singular value below sigma.
 
-    Singular values are those in the norm of N. Returns why that is not proved, empty if it is.
+    Singular values are those in the norm of N. MX, MY (n, k): M times the k vectors of each basis.
+    Returns why that is not proved, empty if it is.
 
     In p = (u + w)/sqrt 2 and d = (u - w)/sqrt 2 the form sigma (u'Nu + w'Nw) + 2 u'Kw has the
     matrix T of `_form`. Restricted to the constraints it has the eigenvalues sigma +- (singular
@@ -420,6 +421,7 @@ def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, s
     inertia = _inertia_of_all(form, sigma)
     if inertia is None:
         return "a singular value lies too near to sigma for the rounding of the inertia"
+    # the constraints on u and on w, in p and d; the factor 1/sqrt 2 changes no sign
     border = np.vstack([np.hstack([MX, MY]), np.hstack([MX, -MY])])
     negative_of_complement = _negative_count(_schur_complement(form, border, inertia.gap))
     if negative_of_complement is None:
@@ -447,8 +449,8 @@ def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
     Near is a matrix X with |v' (X - T) v| <= gap sum (weights v)^2 for each v, of the weights of
     the form, whose squares are at most diag(N). It is known if T + margin sigma diag(N) and
     T - margin sigma diag(N) have the same number of negative eigenvalues: all matrices between have
-    that number too. None if at each of the
-    `MARGINS` the two numbers differ, or one of them is not known for rounding.
+    that number too. None if at each of the `MARGINS` the two numbers differ, or one of them is not
+    known for rounding.
     """
     for margin in MARGINS:
         shift = margin * sigma

@@ -378,6 +378,9 @@ def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> lis
     they have discs. In a Hamiltonian system the spectrum is symmetric about the imaginary axis. A
     part of one root that equals its own mirror image holds the image of that root, so that the root
     lies on the axis. Of a part of several roots this says nothing: they may mirror each other.
+
+    S: over the interval m - half <= p <= m + half of the parameter, about its middle m;
+    is_hamiltonian: whether M and K are symmetric and C is skew.
     """
     discs = moving_discs(S, half)
     bounds = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
