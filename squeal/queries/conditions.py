@@ -203,7 +203,11 @@ def _system_condition(
 def _condition_of_roots(
     changes: Changes, roots: Sequence[Eigenvalue], verdict: str | None, admissible: bool = True
 ) -> _Solved:
-    """A solved condition from its roots: a row for each mode with Im > 0, and each growing one."""
+    """A solved condition from its roots: a row for each mode with Im > 0, and each growing one.
+
+    changes: of the parameters at this condition; roots: with right vectors, which pairing compares;
+    verdict: on all roots, None if it is open; admissible: whether the model means the equilibrium.
+    """
     rows: list[ModeAtCondition] = []
     modes: list[Mode] = []
     for root in roots:

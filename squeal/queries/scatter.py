@@ -160,6 +160,9 @@ def _space_of(
 ) -> ParameterSpace:
     """The parameters of the subject, of which those that scatter must have an effect.
 
+    measure: what is computed of each sample; high: up to which friction or value of the free
+    parameter; spreads: by the parameters that scatter.
+
     Raises InputError, also for thresholds up to a value below that of the subject itself.
     """
     space = ParameterSpace.of(subject, "scatter", high, measure)

@@ -215,7 +215,8 @@ def eigenvalue_paths(answer: Thresholds, low: float, high: float) -> Sweep:
 
 
 def _pad_paths(scene: Scene, answer: Thresholds, low: float, high: float) -> Sweep:
-    """The eigenvalues of a pad at values of mu that a figure needs, with each threshold.
+    """The eigenvalues of a pad at values of mu from `low` to `high` that a figure needs, among them
+    the thresholds of the answer.
 
     Raises ComputationError if the branch of equilibria ends before `low`.
     """

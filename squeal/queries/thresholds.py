@@ -565,7 +565,8 @@ def _counted_system(system: TermSystem, answer: Thresholds, is_complete: bool) -
     """Withdraw the certificate of a small system's thresholds if counts of growing roots differ.
 
     The referee counts the growing roots at some values. A count that it cannot decide withdraws the
-    certificate too; counts that agree give none.
+    certificate too; counts that agree give none. Returns the answer, and a value of the parameter
+    at which a count refutes it, None without one.
 
     is_complete: whether the list holds all thresholds, not only those of a band or region.
     """

@@ -196,7 +196,7 @@ def system_roots(
     selection = selection or EigenvalueSelection()
     if is_small(system):
         roots = _roots_of_matrices(system.arrays(), selection, add_errors, data)
-        return roots.lowest(selection.modes)
+        return roots.lowest(selection.modes)  # all where `modes` is None
     if system.follows:  # some matrix depends on the frequency of the root
         return _at_own_frequencies(system, selection)
     problem = ScaledSystem(system).at()

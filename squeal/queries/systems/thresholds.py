@@ -430,6 +430,7 @@ def _located_on_reduction(
     unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear_static]
     certified = None  # until roots are counted
     doubts: list[str] = []
+    # more rows cost too much; roots of matrices that follow the frequency cannot be counted
     is_counted = not is_shared and system.n <= COUNTED_ROWS and not system.follows
     if is_counted:
         if not unconfirmed:  # a list with unconfirmed events is not certified by any count
