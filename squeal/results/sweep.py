@@ -166,7 +166,8 @@ class Step:
     def to_dict(self, parameter: str) -> JsonObject:
         """The step as JSON holds it; what is not known of a root is left out.
 
-        `eigenvalues` is null where the branch does not reach, as `roots` is None there.
+        `eigenvalues` is null where the branch does not reach, as `roots` is None there. parameter:
+        the name under which the value stands.
         """
         rows = []
         roots = self.eigenvalues
