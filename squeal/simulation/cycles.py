@@ -355,6 +355,7 @@ class Shooting:
         sense = np.sign(start.direction[VALUE]) * towards
         present = Point(start.cycle, sense * start.direction)
         step = longest_step
+        # below these rates (their norm) a cycle is the equilibrium, see `_shrinks`
         resting = RESTING * float(np.linalg.norm(self._rates(start.cycle.state, start.cycle.value)))
         while len(members) < most:
             guess = present.cycle.unknowns + step * present.direction

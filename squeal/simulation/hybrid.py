@@ -274,6 +274,7 @@ def off_level(model: PadModel, state: np.ndarray, contact: np.ndarray) -> np.nda
     if model.law.points > 2:  # springs have no contact length
         return state
     leading, trailing = model.gaps(model.c.xy_theta(np.asarray(state, dtype=float)))
+    # level to rounding of the lengths: the gaps differ by less than that of the half length w
     is_level = np.abs(leading - trailing) < LEAST_TURN * model.pad.w
     # 1 where the leading edge touches alone, -1 the trailing edge, 0 in full or no contact
     sense = contact[0] - contact[1]

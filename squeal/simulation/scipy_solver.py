@@ -106,7 +106,7 @@ class SciPyIntegrator(Integrator):
         taken with the sign that makes them negative until their contact changes: a maximum near
         zero or above it is such a time. It is that of the cubic Hermite interpolant a + da s +
         second s^2 + third s^3 of the gap over the step, 0 <= s <= 1, from the gaps and their rates
-        at nodes (n,) with states (6, n).
+        at nodes (n,) with states (6, n). contact (points,): which points touch during the step.
         """
         c = self._model.c
         moving = states.astype(complex)  # rates of the gaps by the complex step
