@@ -147,6 +147,7 @@ class Assembly:
         slope = np.add.outer(z, z) * (left.conj().T @ M @ right)
         if C is not None:
             slope += left.conj().T @ C @ right
+        # (m, m) each: the term, and how far an entry of it may be off
         truncation = self.truncation_term(z, right, left, system.parameters)
         bounds = root_error_bounds(z, slope, *truncation)
         # of an undamped system a root that meets no other one moves along the imaginary axis
