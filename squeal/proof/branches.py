@@ -7,6 +7,7 @@ loads, so that the curve goes on in the other state. Needs python-flint.
 
 from collections.abc import Iterator
 from dataclasses import replace
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -320,16 +321,19 @@ class PadBranch:
     def _first_change(self, cell: Cell, same_state: bool) -> ContactChange | None:
         """Where a gap first loses the sign that the contact state requires, None if none does.
 
-        Gaps that may do so at the same t are one change. same_state: whether the cell before has
-        the contact state of this cell. If not, the gap whose change separates the two cells has no
-        certain sign yet where this cell starts. Where friction is known sharply there, that is the
-        old change and does not count; else it is returned, so that a narrower cell is placed
-        around it.
+        First the interval of t is found in which each gap may change its sign; then the first of
+        these intervals is joined with those that overlap it, as the gaps may change at the same t.
+
+        same_state: whether the cell before has the contact state of this cell. If not, the gap
+        whose change separates the two cells has no certain sign yet where this cell starts. Where
+        friction is known sharply there, that is the old change and does not count; else it is
+        returned, so that a narrower cell is placed around it.
         """
-        first: ContactChange | None = None
+        changes: list[ContactChange] = []
         gaps = enclosing_polynomials(cell.centre, cell.radii, self.balance.gaps)
         for i, gap in enumerate(gaps):
-            sign_of_state = -1 if cell.state[i] else 1  # -1: touching, the gap is negative
+            # the sign that the gap has in this state: negative where the point touches
+            sign_of_state = -1 if cell.state[i] else 1
             pieces = signs(gap, cell.start, high=1.0)
             if not same_state and pieces[0].sign != sign_of_state:
                 # this gap is the one that changed between the cells
@@ -339,14 +343,18 @@ class PadBranch:
                     return ContactChange([i], cell.start, certain_from)
                 pieces = [piece for piece in pieces if piece.low >= certain_from]
             lost = [piece for piece in pieces if piece.sign != sign_of_state]
-            if not lost:
-                continue
-            low = lost[0].low
-            high = first_with_sign(lost, -sign_of_state)  # where the gap has changed for certain
-            if first is None or low < first.low:
-                first = ContactChange([i], low, high)
-            elif low <= first.high:
-                first = ContactChange([*first.points, i], first.low, max(high, first.high))
+            if lost:
+                high = first_with_sign(
+                    lost, -sign_of_state
+                )  # where the gap has changed for certain
+                changes.append(ContactChange([i], lost[0].low, high))
+        first: ContactChange | None = None
+        for change in sorted(changes, key=attrgetter("low")):
+            if first is None:
+                first = change
+            elif change.low <= first.high:
+                points = first.points + change.points
+                first = ContactChange(points, first.low, max(first.high, change.high))
         return first
 
     def is_sharp(self, friction: Ball, times: float = 1.0) -> bool:

@@ -12,6 +12,7 @@ from benchmarks.random_pads import examine
 from benchmarks.random_pads import scene_of as random_scene
 from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping, Scene
+from squeal.model.contact import State
 from squeal.model.equations import linearise
 from squeal.model.pad import Pad
 from squeal.proof.branches import PadBranch
@@ -347,3 +348,19 @@ def test_a_branch_that_ends_is_open():
     model, start, _ = without_friction(scene_of("b1-a"))
     nowhere = PadBranch(model, start + 1e3, 0.1)
     assert prove_pad(nowhere, [], None, None, 1.0).status == "open"
+
+
+@pytest.mark.parametrize("gap_by_point", [(0.4, 0.3), (0.3, 0.4)])
+def test_gaps_that_may_vanish_at_the_same_t_are_one_change(monkeypatch, gap_by_point):
+    """Gaps that vanish within 0.3..0.5 and within 0.2..0.4 of t, in either order of their points."""
+    pad_branch = branch(scene_of("b2-b"), 0.1)
+    cell = replace(next(iter(pad_branch.cells())), state=State(False, False), start=-1.0)
+    gaps = []
+    for vanishes_at in gap_by_point:
+        gaps.append(flint.arb_poly([flint.arb(vanishes_at, 0.1), -1]))
+    monkeypatch.setattr("squeal.proof.branches.enclosing_polynomials", lambda *_: gaps)
+    change = pad_branch._first_change(cell, same_state=True)
+    assert change is not None
+    assert sorted(change.points) == [0, 1]
+    assert change.low == pytest.approx(0.2)
+    assert change.high == pytest.approx(0.5)
