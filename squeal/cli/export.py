@@ -91,26 +91,27 @@ def run(given: argparse.Namespace) -> Reply:
 
 
 def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
-    """The matrices of a pad about its equilibrium."""
+    """The matrices of a pad about its equilibrium, each with bounds of its errors where known."""
     name = given.source.name
+    # these options choose among the roots of a large system
     refuse(given, "method", "band", "region", "values", beside=f"{name}, a scene with six roots")
     analysis = analyse(scene)
     doubt: str = analysis.doubt  # why nothing about the matrices is certified; "" if it may be
-    # bounds (3, 3) of the errors of each entry of M, C and K; None if not known
+    # three arrays (3, 3), how far the entries of M, C and K may be off; None if not known
     radii: tuple[Any, ...] | None = None
     if analysis.errors is not None:
         radii = data_of_pad(scene, analysis).radii
     if radii is not None and not np.isfinite(radii).all():  # a file holds finite bounds alone
         doubt = "the errors of an entry are not known"
         radii = None
-    parts: list[tuple[Term, ...]] = []
+    parts: list[tuple[Term, ...]] = []  # M, C and K, each a sum of one term
     for X, errors in zip(analysis.matrices, radii or (None, None, None), strict=True):
         parts.append((Term(X, digits=DIGITS, errors=errors),))
     mass, damping, stiffness = parts
     if not analysis.matrices.C.any():
         damping = ()
     system = squeal.System(mass, damping, stiffness, name=Path(name).stem)
-    if doubt:
+    if doubt:  # the written system says it too, so that its answers are not certified either
         system = system.assuming(doubt)
     # at another friction the equilibrium differs, and with it the matrices
     note = f"linearised at mu = {scene.pad.mu:g}; the matrices depend on no parameter"

@@ -176,6 +176,9 @@ class Branches:
 def follow(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> Branches:
     """Continue equilibria without friction until mu reaches mu_max, or turns back.
 
+    The branches take their steps together, each with its own length. A branch that ends leaves the
+    front, and its pad's entry of `end` says why. The nodes of all steps are then sorted by pad.
+
     Parameters
     ----------
     statics
@@ -188,6 +191,7 @@ def follow(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> Branches:
     first = _first_front(statics, start, mu_max)
     end = np.where(mu_max > start.z[3], BranchEnd.GOING, BranchEnd.REACHED)
     end = np.where(start.exists, end, BranchEnd.NO_EQUILIBRIUM)
+    # rounding hides which contacts touch at the start
     end[(end == BranchEnd.GOING) & statics.unresolved(start.z)] = BranchEnd.INTERRUPTED
     existing = first.pick(start.exists)
     first_nodes = _Nodes(
@@ -210,9 +214,10 @@ def follow(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> Branches:
         if not going.all():
             front = front.pick(going)
     end[front.owner] = BranchEnd.INTERRUPTED  # after the most steps
+    # each field of `_Nodes`, of all steps one after the other
     arrays = [np.concatenate(parts, axis=-1) for parts in zip(*nodes_by_step, strict=True)]
     nodes = _Nodes(*arrays)
-    by_pad = np.argsort(nodes.owner, kind="stable")
+    by_pad = np.argsort(nodes.owner, kind="stable")  # the nodes of a pad stay in their order
     nodes = nodes.some(by_pad)
     return Branches(
         statics=statics,
@@ -226,18 +231,19 @@ def follow(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> Branches:
 def _first_front(statics: Statics, start: Equilibria, mu_max: np.ndarray) -> _Front:
     """The front of n branches at their starts without friction, directed along dz/dmu there.
 
-    Arguments as of `follow`. Lengths are in units of the displacement under the load; the scale of
-    mu is chosen so that a change of mu counts as the displacement that it causes at the start.
+    Arguments as of `follow`. Lengths are those of scale * z: in units of the displacement under the
+    load for x, y and w theta. The scale of mu is chosen so that a change of mu counts as the
+    displacement that it causes at the start.
     """
     z = start.z
     n = len(start.exists)
     touching = np.array(start.touching, dtype=bool)
     scale = np.ones((4, n))
-    scale[:3] /= natural_units(statics.model).length
+    scale[:3] /= natural_units(statics.model).length  # the displacement under the load
     mu_rows = np.tile(ALONG_MU, n)  # rows (4, n) that pick mu: tangents with dmu = 1
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"):  # of pads without an equilibrium, which `follow` leaves out
         slope, determinant_sign = statics.tangents(z, 1.0 * touching, mu_rows)
-    # mu rises along dz/dmu: without friction no branch turns back
+    # `slope` is dz/dmu (4, n). mu rises along it: without friction no branch turns back
     ahead = slope * scale
     displacement = np.sqrt((ahead[:3] ** 2).sum(axis=0))  # by friction 1, to first order
     # at least 1e-3, for pads that friction hardly displaces: with 0 mu would count for nothing

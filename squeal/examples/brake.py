@@ -398,7 +398,11 @@ def _write_calculix(path: Path, matrix: csc_array, labels: Labels) -> None:
 
 
 def _write_ansys(path: Path, matrix: csc_array, labels: Labels) -> None:
-    """Write Harwell-Boeing text in the fields of HBMAT, and a file .mapping that names the rows."""
+    """Write Harwell-Boeing text in the fields of HBMAT, and a file .mapping that names the rows.
+
+    The text has a head of four lines, then three blocks of numbers: where each column begins, the
+    row of each entry, and the entries.
+    """
     symmetric, entries = _entries(matrix)
     n = matrix.shape[0]
     columns = [column for _, column, _ in entries]  # rising, see `_entries`
@@ -414,6 +418,7 @@ def _write_ansys(path: Path, matrix: csc_array, labels: Labels) -> None:
     # lines in all, of pointers, of row numbers, of values, and of right sides
     counts = "".join(f"{count:14d}" for count in (sum(line_counts), *line_counts, 0))
     kind = "RSA" if symmetric else "RUA"  # real symmetric or unsymmetric, assembled
+    # title and key; counts; kind, rows, columns, entries and element matrices (none)
     head = f"{'brake':72}{'brake':8}\n{counts}\n{kind:14}{n:14d}{n:14d}{len(entries):14d}{0:14d}\n"
     formats = f"{'(8I10)':16}{'(8I10)':16}{'(1P,3D25.16)':20}{'':20}\n"
     path.write_text(head + formats + "".join(blocks), encoding="ascii")

@@ -263,21 +263,30 @@ class Condensation:
     def _subspaces(self, pencil: Pencil) -> Subspaces:
         """The subspaces L and R of the followed roots, by powers of T = (F - sigma E)^-1 E.
 
-        Each power is applied to the bases of `_start`, and to L with the transposed pencil. Raises
-        LinAlgError where a followed root is infinite.
+        The bases of `_start` are multiplied by T, `_powers` times: R by T of the pencil, L by T of
+        the transposed pencil. Their columns then span what T does not shrink, the vectors of the
+        followed roots. R is scaled so that it varies smoothly with the parameter, then L by
+        L E R = 1. Raises LinAlgError where a followed root is infinite.
         """
         F, E = pencil
         sigma, _ = _shift(pencil)
         shifted = F - sigma * E
         R = self._start.right
-        L = self._start.left.T
+        L = self._start.left.T  # (N, m) as R, until the last step
         for _ in range(self._powers):
+            # the basis Q of QR spans the same space as the product, but its columns stay
+            # independent
             R = np.linalg.qr(np.linalg.solve(shifted, E @ R))[0]
             L = np.linalg.qr(np.linalg.solve(shifted.T, E.T @ L))[0]
-        R = R @ np.linalg.inv(self._reference @ R)  # so that R varies smoothly
+        R = R @ np.linalg.inv(self._reference @ R)  # so that reference R = 1
+        # entries that are mere rounding, next to the largest of their column, become 0
         R = _beyond_rounding(R, np.abs(R).max(axis=0))
         L = _beyond_rounding(L, np.abs(L).max(axis=0))
-        L = np.linalg.solve(L.T @ E @ R, L.T)  # so that L E R = 1
+        L = np.linalg.solve(L.T @ E @ R, L.T)  # (m, N), so that L E R = 1
+        # det(F - sigma E) = c (z_1 - sigma) (z_2 - sigma) ... over the finite roots, and the
+        # determinant of L F R - sigma is this product over the followed ones. Their quotient has
+        # the sign of c, unless a fast root that is left out changes its sign, and c changes its
+        # sign where a root passes through infinity
         of_followed = L @ F @ R - sigma * np.eye(self.size)
         sign = np.linalg.slogdet(shifted)[0] * np.linalg.slogdet(of_followed)[0]
         return Subspaces(L, R, float(sign))

@@ -110,6 +110,9 @@ class PadBranch:
         - where it encloses the friction of the change too widely, the part before the change is
           yielded, and the next cell is a narrower one around the change;
         - else the part up to the change is, and the branch goes on in the new contact state.
+
+        Sets `reason` where the branch is lost before its end, and `fold_at_contact` where it turns
+        back at a change of contact.
         """
         if self.model.linear:
             yield cell_about_origin(self.balance, self.high)
@@ -125,7 +128,7 @@ class PadBranch:
             if cell is None:
                 self.reason = f"{LOST} beyond mu = {position.unknowns[FRICTION]:.9g}"
                 return
-            half_width = np.inf
+            half_width = np.inf  # again, unless a change of contact limits it below
             same_state = last is None or last.state == position.state
             change = self._first_change(cell, same_state)
             if change is None:
@@ -142,6 +145,8 @@ class PadBranch:
                 return
             friction = cell.at(between(change.low, change.high))[FRICTION]
             if not self.is_sharp(friction, SHARPNESS_AT_CONTACT):
+                # half the width of the narrower cell in t of this one, whose own is 1; times the
+                # derivative of the unknowns by t it is a length along the curve
                 share = min(SHRINKING * (change.high - change.low), 0.5)
                 half_width = share * float(np.linalg.norm(cell.direction(change.low)))
                 if change.low > cell.start:
@@ -344,9 +349,8 @@ class PadBranch:
                 pieces = [piece for piece in pieces if piece.low >= certain_from]
             lost = [piece for piece in pieces if piece.sign != sign_of_state]
             if lost:
-                high = first_with_sign(
-                    lost, -sign_of_state
-                )  # where the gap has changed for certain
+                # where the gap has changed for certain
+                high = first_with_sign(lost, -sign_of_state)
                 changes.append(ContactChange([i], lost[0].low, high))
         first: ContactChange | None = None
         for change in sorted(changes, key=attrgetter("low")):

@@ -300,9 +300,10 @@ def enclosing_polynomials(
     The terms below `TAYLOR_ORDER` are those about t = 0. The term of that order is taken about
     all |t| <= 1 at once, which makes it Lagrange's remainder.
 
-    function: gives its values from the four series of the unknowns.
+    centre: the four polynomials P(t) of x, y, theta and mu; function: gives its values, such as the
+    gaps, as series in t from the series of the four.
     """
-    flint.ctx.cap = TAYLOR_ORDER
+    flint.ctx.cap = TAYLOR_ORDER  # series of flint have so many terms
     about_zero = function(_tube(centre, radii))
     flint.ctx.cap = TAYLOR_ORDER + 1
     any_base_point = flint.arb_poly([flint.arb(0, 1), 1])  # t0 + t for all |t0| <= 1

@@ -171,7 +171,8 @@ def prove_pad(
         grow more slowly than this; elsewhere the result says 0.
     """
     comparison = _BranchComparison(branch, claims, fold, growth_below)
-    terms_of_series = flint.ctx.cap  # which `branch.cells()` sets as it is walked
+    # how many terms a series of flint has: a setting of the process that `branch.cells()` changes
+    terms_of_series = flint.ctx.cap
     try:
         with flint.ctx.workprec(BITS):
             problem = comparison.first_problem()
@@ -185,6 +186,7 @@ def prove_pad(
     )
     if problem is None:
         return proof
+    # else the list is open only from a friction beyond the first loss, and counts as proved
     if problem.status == "refuted" or first_loss is None or comparison.until <= first_loss:
         proof = replace(proof, status=problem.status)
     return replace(proof, reason=problem.reason, where=problem.where)

@@ -62,7 +62,7 @@ def mac(X: ArrayLike, Y: ArrayLike) -> Array:
             in_columns = np.asarray(Z)[:, None]
         labels = labels_of(in_columns)
         if labels:
-            row_labels.append(labels[0])
+            row_labels.append(labels[0])  # labels[1] are those of the columns
         shapes = dense(given_matrix(in_columns, f"mac: {name}"))
         if not shapes.any(axis=0).all():
             raise InputError(f"mac: {name}: a shape of zeros is not allowed; each must move")
@@ -396,13 +396,15 @@ def _read_shape(
 ) -> ComplexArray:
     """A shape (size,) from cells under heads NODE:DOF, NaN where a cell is empty or missing.
 
-    entries: the index of each node and direction. Raises InputError.
+    A cell "0.3+0.1j" under the head "12:z" is the entry of node 12 in direction 2. entries: the
+    index in the shape by the name of a node and its direction (0 to 2 for x, y, z). Raises
+    InputError.
     """
     shape = np.full(size, np.nan, dtype=complex)
     for head, cell in cells.items():
         node_name, _, dof = str(head).rpartition(":")
         entry = entries.get((node_name.strip(), DIRECTIONS.get(dof.strip(), NO_DIRECTION)))
-        if entry is None:
+        if entry is None:  # an unknown node, or a rotation or an unknown word as direction
             allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
             raise (here / head).must_be(head, allowed)
         if cell:

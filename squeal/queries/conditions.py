@@ -307,7 +307,8 @@ def _numbered(conditions: Sequence[Condition], links: Sequence[_Link]) -> tuple[
     They are numbered by the lowest frequency at which they grow, then by where they grow first.
     Modes that grow nowhere have no number.
     """
-    # lowest frequency (Hz) at which a mode grows, where it grows first, and the mode
+    # the lowest frequency (Hz) at which a mode grows, the first condition in which it grows with
+    # its row there, and the mode
     unstable: list[tuple[float, ModeIndex, UnitedMode]] = []
     for mode in _united_modes(conditions, links):
         growing = [(k, row) for k, row in mode.items() if conditions[k].rows[row].grows]

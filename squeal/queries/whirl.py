@@ -172,10 +172,12 @@ def _by_orbits(
 def _sense(coordinates: Coordinates, across: list[int], system: TermSystem, speed: float) -> float:
     """1 if the shaft turns from the first of two directions to the second, -1 if the reverse.
 
-    That is the sign of the first term that turns with the shaft and couples the two directions at
-    the same nodes; 0 without such a term.
+    It is the sign of the term that turns with the shaft: the gyroscopic term S (see the module) has
+    J Omega > 0 in the row of the first direction and the column of the second if the shaft turns
+    from the first to the second. The entries of all nodes are added. If they add to zero, the term
+    of K is taken instead of that of C; 0 if neither couples the two directions.
     """
-    row_at = {}  # by direction the row of each node
+    row_at = {}  # by direction, the row of each node that moves in it
     for direction in across:
         rows = np.flatnonzero(coordinates.directions == direction)
         row_at[direction] = dict(zip(coordinates.nodes[rows].tolist(), rows.tolist(), strict=True))

@@ -76,7 +76,11 @@ class Findings(BrakeAnswers):
         return f"{'. '.join(map(capitalised, sentences))}."
 
     def _cause(self, mode: UnstableMode, number_of_mode: int) -> str:
-        """Which modes meet and where, or that none does, and which terms feed a mode."""
+        """Which modes meet and where, or that none does, and which terms feed a mode.
+
+        Such as "modes 1 and 2 (900 and 950 Hz at mu = 0) meet near mu = 0.4 and feed each other:
+        ...", where "..." is what feeds and damps the mode.
+        """
         # the sentence reads "mode 2, 1000 Hz: what feeds and damps the mode; in all 5 1/s"
         _, _, balance = self.energy.sentence(number_of_mode).partition(": ")
         balance, _, _ = balance.partition("; in all")
@@ -85,10 +89,11 @@ class Findings(BrakeAnswers):
         group = self.paths.group_of(number_of_mode)
         text = ""
         if len(group) == 2:
-            start = max(self.paths.at[member][0] for member in group)  # where both paths exist
+            # the least value of the parameter at which the paths of both modes exist
+            start = max(self.paths.at[member][0] for member in group)
             hertz = []
             for member in sorted(group):  # as `group_name` names them
-                root = self.paths.root_at(member, start) or 0j
+                root = self.paths.root_at(member, start) or 0j  # never None at `start`
                 hertz.append(number(root.imag / math.tau, 4))
             text = f"{group_name(group)} ({' and '.join(hertz)} Hz at {self.at(start)}) "
             meeting = self.paths.meeting(group)

@@ -301,7 +301,7 @@ def _shapes(report: Findings) -> Iterator[_Figure]:
 def _not_answered(report: Findings) -> Iterator[str]:
     """Sentences on what the answers do not speak of."""
     spectrum = report.eigenvalues
-    if spectrum.extent:
+    if spectrum.extent:  # the band or region whose roots were computed, such as "500 to 5000 Hz"
         exception = ", but for the growth that was seen there" if report.growth_outside else ""
         yield f"Roots outside of {spectrum.extent}{exception}."
     limit = spectrum.details.get("growth_limit")

@@ -186,6 +186,8 @@ def _thresholds_outside(
     was seen outside, and of small complex matrices, whose thresholds are searched in bands alone.
     """
     source = spectrum.source
+    # `extent` names the band; without growth in it there is nothing to keep stable, and `bound` of
+    # the report, for which these thresholds are, does not ask what lies outside
     if not isinstance(source, SystemSource) or not spectrum.extent or not spectrum.unstable:
         return None
     if is_small(source.file.system):

@@ -352,7 +352,7 @@ def test_a_branch_that_ends_is_open():
 
 @pytest.mark.parametrize("gap_by_point", [(0.4, 0.3), (0.3, 0.4)])
 def test_gaps_that_may_vanish_at_the_same_t_are_one_change(monkeypatch, gap_by_point):
-    """Gaps that vanish within 0.3..0.5 and within 0.2..0.4 of t, in either order of their points."""
+    """Gaps that vanish within 0.3..0.5 and 0.2..0.4 of t, in either order of their points."""
     pad_branch = branch(scene_of("b2-b"), 0.1)
     cell = replace(next(iter(pad_branch.cells())), state=State(False, False), start=-1.0)
     gaps = []

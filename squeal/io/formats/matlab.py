@@ -73,15 +73,16 @@ def read_mat(path: Path) -> NamedMatrices:
 def _read_version_5(path: Path) -> NamedMatrices:
     """The matrices of a file of version 5 by their names. Raises InputError, ValueError."""
     data = path.read_bytes()
-    order = "<" if data[126:128] == b"IM" else ">"  # IM: the word MI, low byte first
+    # bytes 126 and 127 of the header hold the word MI: IM if its low byte comes first
+    order = "<" if data[126:128] == b"IM" else ">"
     named: list[tuple[str, Matrix]] = []
     sizes: list[tuple[int]] = []  # how many numbers each matrix holds
     try:
         for name, matrix in _variables(data[128:], order):
             named.append((name, matrix))
             sizes.append((matrix.size,))
-            check_full_size(path, sizes)
-    except InputError:
+            check_full_size(path, sizes)  # before the next one takes memory
+    except InputError:  # a ValueError too, but its sentence is for the user
         raise
     except (ValueError, LookupError, zlib.error):
         raise ValueError("the file is damaged") from None

@@ -70,8 +70,10 @@ class KnownLinearisation(NamedTuple):
 def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLinearisation:
     """Linearise about an equilibrium, and bound what its rounding makes of the matrices.
 
-    Where rounding leaves the entries fewer than `MATRIX_DIGITS` digits, or hides the contact state,
-    the equilibrium that the referee encloses takes the place of the given one.
+    The referee (`squeal.proof`) encloses the exact equilibrium near the given one q (3,), and C and
+    K about it in balls. If the matrices about the given one have `MATRIX_DIGITS` digits, by their
+    distance from these balls, and the contact state is the same, the given one stays. Else the
+    enclosed one takes its place. Where none can be enclosed, the errors remain unknown.
     """
     from squeal.proof.balls import Balls
     from squeal.proof.equilibria import enclosed_equilibrium
@@ -86,7 +88,7 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
     if enclosed is None:
         return KnownLinearisation(matrices, doubt=Doubt.NOT_ENCLOSED)
     K = enclosed.K
-    # the damping that the model has been given, with what falling friction adds to it
+    # C is the damping that the model has been given, exactly, plus what falling friction adds
     damping = np.zeros((3, 3))
     if model.damping is not None:
         damping = np.array(model.damping)
@@ -95,6 +97,7 @@ def known_linearisation(model: PadModel, q: ArrayLike, state: State) -> KnownLin
         summed = C.plus(enclosed.C)
         # a sum of balls widens each entry by a rounding: those to which a zero is added stay exact
         C = Balls(summed.mid, summed.rad * (enclosed.C.mid != 0.0))
+    # how far each entry about the given equilibrium may be from any number of its ball
     C_error = _farthest(matrices.C, C)
     K_error = _farthest(matrices.K, K)
     has_digits = is_known(C.mid, C_error) and is_known(K.mid, K_error)

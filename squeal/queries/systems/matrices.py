@@ -73,9 +73,10 @@ def system_checks(system: TermSystem) -> dict[str, str]:
 def matrix_list(file: SystemFile) -> list[JsonObject]:
     """A row for each matrix of a system file, as the JSON object holds it.
 
-    It has the key of its part: M, C, K or K4; of an assembly behind the component's name, such as
-    disc.M. Then its file and how that was read, factor, size, symmetry, and the fingerprint of its
-    entries.
+    `part` is M, C, K or K4 (structural damping), in an assembly behind the component's name,
+    such as disc.M; `labels` says whether the file names its rows, `digits` to how many digits the
+    entries were rounded. `file`, `key`, `format` and `digits` are None where there is nothing to
+    name, as for a matrix that stands in the system file itself.
     """
     rows = []
     for origin in file.origins:
