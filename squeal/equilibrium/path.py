@@ -46,6 +46,7 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     others = find_all(dataclasses.replace(model, damping=None))  # damping moves no equilibrium
     if others:
         beyond = f"the equilibrium is not on the branch from mu = 0: {why}"
+        # they rise by potential energy; `beyond` is printed as a warning
         least = dataclasses.replace(others[0], beyond=beyond)
         return least, f"least potential energy; {why}"
     return None, f"no steady sliding exists: {why}, and no other equilibrium was found"

@@ -135,11 +135,12 @@ def undersampled_factor(system: System, values: Sequence[float]) -> str | None:
     values: of the free parameter, rising.
     """
     for factor in factors_of(system):
-        sampled = factor.points(values)
+        sampled = factor.points(values)  # (values, 2): real and imaginary parts
         of_range = NEGLECTED_SHARE * np.ptp(sampled, axis=0).max()
         margin = max(of_range, NEGLECTED_OF_SIZE * np.abs(sampled).max())
         for ends in itertools.pairwise(values):
-            at_ends = factor.points(ends)
+            at_ends = factor.points(ends)  # (2, 2)
+            # the lowest and the highest real and imaginary part that the factor may have
             box = (np.min(at_ends, axis=0) - margin, np.max(at_ends, axis=0) + margin)
             if not factor.stays_within(box, ends):
                 return factor.formula.text

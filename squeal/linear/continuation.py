@@ -561,6 +561,8 @@ class Continuation:
         for rows in self._components:
             block = np.ix_(rows, rows)
             left[block] = left_vectors(A[block], roots[rows], right[block])
+        # how far a root moves per backward error: 1 / |y^H x| of unit vectors, inf at a multiple
+        # root without as many vectors
         with np.errstate(all="ignore"):
             condition = 1.0 / np.abs(np.sum(left.conj() * right, axis=0))
         for rows in self._components:

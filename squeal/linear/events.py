@@ -371,6 +371,7 @@ def _crossing_root_of_two(roots: LocalRoots) -> _CrossingRoot | None:
     if not abs((mean + half_difference).real) < abs((mean - half_difference).real):
         half_difference = -half_difference
     z = mean + half_difference
+    # a change of d moves its square root by that change over 2 sqrt(d): by noise and by the slope
     noise = roots.mean_noise + abs(roots.d_noise / (2 * half_difference))
     noise = max(noise, 1e-9 * (abs(mean) + abs(half_difference)))  # at least that of their size
     slope = (roots.mean_slope + roots.d_slope / (2 * half_difference)).real

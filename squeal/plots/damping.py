@@ -149,7 +149,7 @@ def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
     """
     colours = colours_of(paths)
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])
-    depth = _shown_depth(_ratio(all_roots))
+    depth = _shown_depth(_ratio(all_roots))  # ratios around 0 that the axis has to show, %
     growth_rates = [float(paths.roots[mode].real.max()) for mode in paths.growing]
     fastest = max(growth_rates, default=1.0)  # 1/s, a divisor
     limits = frequency_limits(all_roots)

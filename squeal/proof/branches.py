@@ -143,6 +143,7 @@ class PadBranch:
                 # a fold comes before the change of contact
                 yield replace(cell, end=change.low)
                 return
+            # over all t at which the contact may change
             friction = cell.at(between(change.low, change.high))[FRICTION]
             if not self.is_sharp(friction, SHARPNESS_AT_CONTACT):
                 # half the width of the narrower cell in t of this one, whose own is 1; times the

@@ -366,7 +366,10 @@ class _BranchComparison:
         """The parts of a cell, for t from low to high, in which no root reaches the imaginary axis,
         and the open ones between them.
 
-        A part where the signs stay open is divided again, `narrowings` times at most.
+        A part where the signs stay open is examined again on narrower cells, `narrowings` times at
+        most; a part that is still almost as wide as what was examined counts as several times. One
+        whose friction is known to rounding stays open: there a root reaches the axis, as far as
+        doubles can tell.
         """
         refined: list[Part] = []
         for part in self._parts_by_signs(cell, low, high):

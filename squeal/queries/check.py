@@ -101,7 +101,7 @@ class Check(Answer):
             lines.append(f"nodes in a box of {box}")
             if self.elements:
                 lines.append(f"elements with faces: {self.elements}")
-            elif self.matrices:  # a pad, which has none, has no nodes either
+            elif self.matrices:  # not of a pad, which has no files of matrices and no mesh
                 lines.append(POINTS)
         elif self.reduction is not None:
             lines.append(basis_text(self.reduction, errors=True))

@@ -382,10 +382,13 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
     def run(
         self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
     ) -> Segment:
-        """See `squeal.simulation.hybrid.Integrator`."""
+        """A segment from contact (points,) and the scaled state (6,) at t on, to `stop` at most.
+
+        See `squeal.simulation.hybrid.Integrator`. The arrays of the segment hold one motion (1,).
+        """
         law = self.model.law
         machine = self.ready()
-        dtype = machine.state.dtype
+        dtype = machine.state.dtype  # doubles, or numbers of more digits
         first = np.reshape(contact, (law.points, 1))
         parameters = runtime_parameters(self.model, first)
         t0 = np.reshape(t, 1).astype(dtype)

@@ -249,12 +249,15 @@ class Component:
         if vector.shape != (3,) or not 0.0 < length < np.inf:
             raise InputError(f"{self.name}: axis: must be three numbers, with a length")
         x, y, z = vector / length
+        # at one node: its product with a displacement u is axis x u
         of_node = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        # (nodes, 3): the row of each node and direction, -1 where it has none
         rows = self.rows_of(np.unique(self.nodes[self.directions >= 0]))
         n = self.system.n
         cross = csc_array((n, n))
         # a component of the axis that is rounding makes no entries
-        for i, j in np.argwhere(np.abs(of_node) > EPS):  # J[i, j], of directions
+        # at all nodes that have both directions: from displacements along j to products along i
+        for i, j in np.argwhere(np.abs(of_node) > EPS):
             have_both = (rows[:, i] >= 0) & (rows[:, j] >= 0)
             where = (rows[have_both, i], rows[have_both, j])
             entries = np.full(np.count_nonzero(have_both), of_node[i, j])

@@ -423,7 +423,7 @@ class _PairLaws(NamedTuple):
         The stiffness grows with a power of the force, dF/du = c k (F / R)^e: integrated from 0,
         F = (1 - e) c k u (F / R)^e with (F / R)^e = ((1 - e) c k u / R)^(e / (1 - e)). u is the
         approach, c the factor, R the reference. Where e is 0 a pair that pulls, u <= 0, has the
-        same line, which is the law of a bonded pair; others leave out the pairs that are open.
+        same line, which is the law of a bonded pair; callers leave out all other pairs that pull.
         """
         is_linear = self.exponent == 0.0
         pressed = np.where(is_linear, approach, np.maximum(approach, 0.0))  # u

@@ -219,9 +219,10 @@ def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
 class CrossingSearch:
     """The search for crossings of the imaginary axis on a reduced system along one parameter.
 
-    It stores the spectra that it has computed. Crossings by real roots are searched unless
-    the full system without zeros of free motions is given, on which they are known. Raises
-    InputError if the region contains no part of the upper imaginary axis.
+    It stores the spectra that it has computed, by the value of the parameter `name`. Crossings by
+    real roots are searched unless `bordered` is given, the full system without the zeros of free
+    motions, on which these crossings are known already. Raises InputError if the region contains no
+    part of the upper imaginary axis.
     """
 
     def __init__(
@@ -234,8 +235,9 @@ class CrossingSearch:
         region = reduction.region
         if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
             raise InputError(f"region {region}: must hold a part of the upper imaginary axis")
-        # real matrices have conjugate pairs of roots, of which the search follows the upper ones.
-        # A root with |Im| up to `imag_rounding` (rad/s) counts as real
+        # real matrices have conjugate pairs of roots, of which the search follows the upper ones:
+        # the region is cut just below the real axis. A root with |Im| up to `imag_rounding` (rad/s)
+        # counts as real
         self.imag_rounding = REAL_SHARE * region.high_imag if reduction.system.real else 0.0
         self.region = replace(region, low_imag=max(region.low_imag, -self.imag_rounding))
         self._spectra: dict[float, SpectrumAtParameter] = {}

@@ -220,9 +220,10 @@ def _diagonal_sizes(system: System, matrices: list[list[csc_array]]) -> Array:
     """The sizes (3, n) of the diagonals of M, C and K at the system's own parameters.
 
     They are summed over the terms. Where an entry of a term's diagonal is zero, the largest entry
-    of its column takes its place.
+    of its column takes its place. matrices: of the terms of M, of C and of K, three lists.
     """
     diagonals = np.zeros((3, system.n))
+    # `sizes` is a row of `diagonals`, to which the terms of M, C or K are added
     for sizes, terms, matrices_of_part in zip(diagonals, system.parts, matrices, strict=True):
         for term, A in zip(terms, matrices_of_part, strict=True):
             entries = np.abs(A.diagonal())

@@ -96,6 +96,7 @@ def root_error_bounds(
     except np.linalg.LinAlgError:  # a multiple root without as many modes
         inverse = np.full_like(slope, np.inf)
     with np.errstate(invalid="ignore", over="ignore"):
+        # |D_ij| at most, rad/s
         D = np.abs(inverse @ truncation) + np.abs(inverse) @ uncertainty
         gaps = np.abs(np.subtract.outer(values, values))
         products = D * D.T  # d

@@ -93,14 +93,16 @@ def _blocks(lengths: np.ndarray, lanes: int, dense: bool) -> Iterator[np.ndarray
     n = len(lengths)
     remaining = np.argsort(-lengths, kind="stable")
     to_fill = -n % lanes
+    # the last motion is repeated (none if there is no motion)
     remaining = np.append(remaining, remaining[-1:].repeat(to_fill))
     while remaining.size:
-        in_lane = n  # motions in a lane
+        in_lane = n  # motions in a lane of this block: as many are enough for all motions
         if dense:
             longest = lengths[remaining[0]]
             in_lane = MOST_IN_LANE
             if longest * MOST_IN_LANE > MEASURED_AT_ONCE:
                 in_lane = int(MEASURED_AT_ONCE / longest) + 1
+        # the second part is empty where fewer motions remain
         block, remaining = np.split(remaining, [in_lane * lanes])
         yield block
 

@@ -78,7 +78,9 @@ def allowed(n: Numbers) -> np.ndarray:
     friction = 6.0 * n["mu"] * n["h"]  # f
     k2 = n["k2"]
     k_c = n["k_c"]
-    depth = n["preload"] / k_c + n["lift"]  # over F_n
+    # -y0/F_n of a released start: how deep it presses the contact in, and how far the springs have
+    # moved down from their relaxed position, see `space.DIMENSIONS` for all numbers
+    depth = n["preload"] / k_c + n["lift"]
     # reactions over F_n, positions over the half length
     reaction_a = (1.0 + 3.0 / k_c + depth) / (1.0 + (4.0 + friction) / k_c)
     reaction_b = (1.0 + (3.0 / k_c + depth) * k2) / (1.0 + (4.0 - friction) * k2 / k_c)
@@ -89,8 +91,8 @@ def allowed(n: Numbers) -> np.ndarray:
     ratio = reaction_b / reaction_a
     twice = (ratio > TWICE[0]) & (ratio < TWICE[1])
     flat = n["h"] < -math.tan(CASES["d"][0]) / 2.0
-    level = np.abs(n["tilt"]) < 1.0
-    released = n["start"] < 0.5
+    level = np.abs(n["tilt"]) < 1.0  # beyond 1 and -1 the pad starts tilted
+    released = n["start"] < 0.5  # the others start at rest on the disc
     return np.asarray(twice & flat & inside_a & inside_b & level & released)
 
 

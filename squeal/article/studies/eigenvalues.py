@@ -395,9 +395,9 @@ def loop_of(scene: Scene) -> Loop | Missing:
         followed = followed_poles(damped, gains)
     except ComputationError as error:
         return Missing(str(error))
-    values = closed_poles(loop, gains)  # (gains, 6)
+    values = closed_poles(loop, gains)  # (gains, 6), in units of `loop.rate`
     by_poles = critical_gain(loop, gains, values)
-    frozen = by_poles  # the critical gain that is reported
+    frozen = by_poles  # the critical gain that is reported, None if no gain is critical
     modulus = None
     # a loop of one input has a gain margin, which is the same gain by a second method
     if loop.inputs.shape[1] == 1:
@@ -406,7 +406,7 @@ def loop_of(scene: Scene) -> Loop | Missing:
             frozen = margins[0]
         if analysis.judgement.verdict == "stable":
             modulus = modulus_margin(loop, mu)
-    # frictions at which the equilibrium that follows friction loses its stability
+    # frictions at which the equilibrium that follows friction becomes unstable, rising
     losses = [p.mu for p in thresholds.points if p.kind in ("flutter", "divergence")]
     return Loop(
         contact=analysis.contact,

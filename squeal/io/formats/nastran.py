@@ -108,7 +108,9 @@ def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFi
     words = re.sub(r"([\d.])([+-])", r"\1E\2", text).split()  # 1.5+3 is 1.5E+3
     if len(words) != 6 * len(entries):
         raise ValueError(f"a field of {name} is no number")
-    table = np.array(words, dtype=float).reshape(-1, 6)  # in the order of `_dmig_entries`
+    # columns: node and degree of freedom of the row, the same of the column, real and imaginary
+    # part of the entry, or its magnitude and phase
+    table = np.array(words, dtype=float).reshape(-1, 6)
     positions = table[:, :4]
     if np.any(positions != np.round(positions)):
         raise ValueError(f"nodes and degrees of freedom of {name} must be whole numbers")
