@@ -545,7 +545,7 @@ LIMITS = Excursion(
 def excursion(statics: Statics, z: np.ndarray, touching: Touching) -> Excursion:
     """The excursion of equilibria z (4,) or (4, n) with a contact state, or factors (points, n)."""
     pad = statics.model.pad
-    initial = np.zeros_like(z)
+    initial = np.zeros_like(z)  # the initial position, where x, y and theta are 0
     initial[3] = z[3]
     touching_at_first = statics.gaps(initial) < 0.0
     # a resultant without a force has no position, 0/0, and a pad may have no load to compare with

@@ -194,11 +194,12 @@ def normalised_system(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Normal
     precision.
     """
     mass, damping, stiffness = checked(M, C, K)
-    T, rounding = _normalising_factor(mass.tobytes(), len(mass))
+    T, rounding = _normalising_factor(mass.tobytes(), len(mass))  # T' M T = 1
     with np.errstate(all="ignore"):
         A = _normalised(T, stiffness)
         B = None if damping is None else _normalised(T, damping)
-        size = np.linalg.norm(A)  # of squares of roots
+        # of squares of roots, which solvers form: these have to be doubles too
+        size = np.linalg.norm(A)
         if B is not None:
             size += np.linalg.norm(B) ** 2
     if not np.isfinite(size):

@@ -329,9 +329,10 @@ class System:
 
     @cached_property
     def balanced(self) -> System:
-        """The system with rows multiplied by `row_units`, for few rows.
+        """The system with rows multiplied by `row_units`, as dense matrices: for few rows.
 
-        It has the same roots and right vectors, and its entries are known as those of this one.
+        It has the same roots and right vectors. Its entries are known to as many digits as those of
+        this one, since the factors are powers of two.
         """
         factors = self.row_units[:, None]
         if np.all(factors == 1.0):
@@ -341,7 +342,7 @@ class System:
             return factors * dense(X)
 
         def in_units(term: Term) -> Term:
-            return term.mapped(scaled, scaled)
+            return term.mapped(scaled, scaled)  # the matrix, and the errors of its entries
 
         return self.mapped(in_units, self.labels)
 

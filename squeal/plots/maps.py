@@ -62,8 +62,8 @@ def friction_symbol(parameter: str, unit: str = "") -> str:
 def _finish_axes(axes: Axes, answer: Map, own_values: Own) -> list[Line2D]:
     """Draw the curves on which stability is lost, label both axes, and mark the pad.
 
-    own_values: the pad is marked at these if they lie in the ranges. Returns entries of a legend
-    for the curves and the pad.
+    own_values: the pad is marked at these if they lie in the ranges; None of a system, which is not
+    marked. Returns entries of a legend for the curves and the pad.
     """
     curves = answer.details.get("threshold_curve", ())
     look: Any = {"color": THRESHOLD, "linewidth": 1.8}

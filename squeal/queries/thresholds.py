@@ -532,17 +532,23 @@ def _proved_system(
         Whether the proof was requested, however long it takes.
     is_exact : bool
         Whether the thresholds are exact for the entries as given.
+
+    Returns
+    -------
+    _Refereed
+        The answer with the statement of the referee and with the intervals that it proves, and
+        where it refutes the answer, if it does.
     """
     from squeal.queries.ranges import system_statement
     from squeal.queries.systems.all_roots import motion_rates, roots_of_all
 
     changes = {system.parameter: answer.low}
     all_roots = roots_of_all(system, EigenvalueSelection(), changes)
-    rates = motion_rates(system, changes)
+    rates = motion_rates(system, changes)  # of the slowest and the fastest motion, rad/s
     statement, intervals = system_statement(
         system, all_crossings, answer.low, answer.high, rates, at_any_cost, is_exact
     )
-    doubts = list(answer.details["unconfirmed"])
+    doubts = list(answer.details["unconfirmed"])  # sentences on growth that no threshold explains
     selected = roots_of_all(system, selection, changes)
     grows_outside = _number_growing(system, all_roots) > _number_growing(system, selected)
     if grows_outside or len(all_crossings) > len(answer.crossings):

@@ -147,7 +147,8 @@ def _growing(report: Findings) -> dict[int, UnstableMode]:
 def _feeds(report: Findings) -> Table:
     """What each term adds to the growth rate of growing modes: a row a term, a column a mode.
 
-    A term that adds no more than rounding to all of these modes has no row.
+    A term that adds no more than rounding to all of these modes has no row. Rows are named by the
+    term and its role, such as "mu (friction)".
     """
     modes = _growing(report)
     hertz: dict[int, float] = {}  # by mode

@@ -218,7 +218,11 @@ def roots_at(
     left_vectors = right_vectors.copy()
 
     def add_vectors(group: Indices) -> None:
-        """Fill in the vectors of a group of close roots, by their indices in `ordered`."""
+        """Fill in the vectors of a group of close roots, by their indices in `ordered`.
+
+        They are the columns of `right_vectors` and `left_vectors` (n, roots) with these indices:
+        null vectors of K for roots that are zero, else those of P at the mean of the group.
+        """
         mean = ordered[group].mean()
         right: NDArray = np.zeros((len(M), 0))
         left = right

@@ -106,6 +106,7 @@ def motion(scene: Scene, with_curves: bool = False) -> Motion | Missing:
     e = works.energies
     # what the motion holds less all work that was done on it: constant if the balance closes
     balance = e.kinetic + e.springs - e.load - e.normal - e.friction - e.damping
+    # over t in ms, energies and works in J; `law` is what the contact law has fed in so far
     curves = {
         "t": 1e3 * e.t,
         "kinetic": e.kinetic,

@@ -417,9 +417,9 @@ def _points(scene: Scene, orbits: Sequence[Orbit]) -> list[CyclePoint]:
         peaks = force_peaks(case_of(measured, i), scene.model == "B2")
         points.append(
             CyclePoint.of(
-                peaks,  # leading and trailing
+                peaks,  # gives `leading` and `trailing`
                 mu=orbit.value,
-                period=1e3 * orbit.period,
+                period=1e3 * orbit.period,  # ms
                 changes=len(orbit.contacts),
                 peak=peaks.total,
                 multiplier=orbit.multiplier,

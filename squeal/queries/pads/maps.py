@@ -108,10 +108,11 @@ def verdicts_at(scene: Scene, names: Names, values: Array, compiled: bool = Fals
     """
     stack = PadStack.of(scene, names, values, compiled)
     equilibria, unknown = stack.at_mu()
+    # of points without an equilibrium; those with one get their verdicts below
     codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
     existing = np.flatnonzero(equilibria.exists)
     at_existing = equilibria.some(existing)
-    A, B = stack.matrices(existing, at_existing)
+    A, B = stack.matrices(existing, at_existing)  # mass-normalised stiffness and damping
     codes[existing] = verdicts(A, B)
     doubtful = np.zeros(stack.n, dtype=bool)
     doubtful[existing] = stack.doubtful(existing, at_existing, A, B)
@@ -121,7 +122,7 @@ def verdicts_at(scene: Scene, names: Names, values: Array, compiled: bool = Fals
         in_state = np.all(equilibria.touching == np.array(state)[:, None], axis=0)
         contact[equilibria.exists & in_state] = i
     beyond = np.zeros((len(LIMITS), stack.n), dtype=bool)
-    if not stack.linear:
+    if not stack.linear:  # the origin of a linear model is no excursion
         statics = stack.statics.pick(existing)
         beyond[:, existing] = excursion(statics, at_existing.z, at_existing.touching).beyond()
     return PointVerdicts(codes, contact, beyond, doubtful)

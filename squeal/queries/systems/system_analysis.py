@@ -93,6 +93,7 @@ class SystemAnalysis:
                     "decide nothing"
                 )
         PROGRESS.set(progress or (lambda _: None))
+        # both warnings look at matrices, which may follow the frequency: at one frequency then
         system = file.system.frozen()
         _warn_of_missing_mass(system)
         _warn_of_swapped_matrices(system)
