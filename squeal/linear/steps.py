@@ -393,11 +393,14 @@ class Step:
         # there: a hundredth of the change of slope decides for the crossing
         self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
         self.order = assigned(self.mismatch)
+        # the index -1 of a root that is left over takes the numbers of the last root after the
+        # step: they mean nothing, and `matched` excludes the root below
         self.rounding = np.maximum(before.rounding, after.rounding[self.order])
         z = before.z
         later_z = after.z[self.order]
         self.rests_at_zero = np.maximum(np.abs(z), np.abs(later_z)) <= self.rounding
         lengths = np.where(self.rests_at_zero, 0.0, length)  # slopes of zeros are rounding
+        # slopes by the share of the step, 0 to 1
         dz = lengths * before.slopes
         later_dz = lengths * after.slopes[self.order]
         self.ends = StepEnds(z, dz, later_z, later_dz)

@@ -143,8 +143,8 @@ def _by_orbits(
         return _Orbits(None)
     u, v = coordinates.displacements(shape)[:, across].T
     sizes = np.abs(u) ** 2 + np.abs(v) ** 2
-    # areas of the orbits, see the module: `sizes` of a circle run through from u to v, minus that
-    # of one run through from v to u, 0 of a straight line
+    # areas of the orbits, see the module. A circle from u to v (u = 1, v = -i) has the area 2 as
+    # its size, one from v to u (v = i) the area -2, a straight line 0
     areas = 2 * (u * v.conj()).imag
     sense = 0.0  # unknown of reduced components, whose rows do not belong to nodes
     if not coordinates.bases:

@@ -249,7 +249,7 @@ class Scatter(Answer):
         >>> len(squeal.scatter(pair, {"a": {"within": 0.1}}, samples=8).table().rows)
         8
         """
-        results = ["kind", "frequency_hz"]
+        results = ["kind", "frequency_hz"]  # attributes of `Sample`, beside its value
         if self.of == "growth":
             value_name = "growth_rate"
             unit = "1/s"
@@ -260,6 +260,7 @@ class Scatter(Answer):
             value_name = parameter_heading(self.name, ["share", *results])
             unit = ""
         others = ["share", *results]
+        # a parameter that is called as another column gets the head parameter.NAME
         parameters = [parameter_heading(name, [value_name, *others]) for name in self.spreads]
         heads = [(value_name, unit)]
         heads += [(name, "") for name in others + parameters]

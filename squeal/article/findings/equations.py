@@ -226,8 +226,10 @@ def missing_parameters() -> Measured:
 def slope(pad: Pad) -> Measured:
     """E15: delta of Eq. (17) with the slope (y_t - y_l)/(x_t - x_l) against the contact law."""
     law = contact_law("B2", CONSISTENT)
-    c = coefficients(math, pad, True)
+    c = coefficients(math, pad, absolute_gap=True)  # as B2 has them
+    # a tilted pose in which the whole face is pressed in
     at = pose_of(math, tuple(_pressed(pad, 1e-3 * pad.w, 4e-4)))
+    # of the leading and of the trailing edge: position along the surface, and gap (negative here)
     x_l = at.x_offset(c.rlx, c.rly)
     x_t = at.x_offset(c.rtx, c.rty)
     gap_l, gap_t = gaps(c, at)

@@ -205,6 +205,7 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     cases = measure_scenes(b1, b2)
     linear = linear_measures({case: scene.pad for case, scene in b2.items()})
     judged = judge_claims({**cases, "b3": linear})
+    # the statements that count: the others follow from these, or hold for any set
     independent = {claim.id for claim in CLAIMS if claim.informative}
     contact_states = {name: equilibrium_contact(scenes[name]) for name in cases}
     motions = {name: motion(case, contact_states[name]) for name, case in cases.items()}
