@@ -650,6 +650,7 @@ class _Front(NamedTuple):
             Where no point touches any more.
         """
         touching = self.touching.copy()
+        # the event has the number of the contact point that changes: it touches now, or separates
         touching[event[changed], changed] ^= True
         separated = np.asarray(np.all(~touching, axis=0))
         ahead = tangent.copy()

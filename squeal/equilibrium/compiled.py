@@ -69,7 +69,7 @@ def _newton_step(balance: list[Number], condition: Number) -> list[Number]:
 
     They are twelve, in this order:
 
-    - the step (4), by Cramer's rule,
+    - the step (4), the inverse derivative times the values, by Cramer's rule; callers subtract it,
     - the signed minors (4) of the derivative J (3, 4) of the balance, each the determinant of J
       with a unit row below: a null vector of J, whose last entry is the determinant of the first
       three columns of J,

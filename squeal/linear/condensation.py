@@ -201,9 +201,10 @@ class Condensation:
         samples: the finite roots, over the frequency scale, by rising size at some values of the
         parameter; at some of these rounding may hide the greatest.
         """
-        # at least 1, the frequency scale, so that a root near zero leaves no gap above itself
+        # of the middle sample; at least 1, the frequency scale, so that a root near zero leaves no
+        # gap above itself
         sizes = np.maximum(np.abs(samples[len(samples) // 2]), 1.0)
-        gaps = (sizes[1:] / sizes[:-1])[: self.size]
+        gaps = (sizes[1:] / sizes[:-1])[: self.size]  # above each root
         great_gap = GAP_OF_SQUARES if self._undamped else GAP
         if sizes[-1] > WIDE * sizes[0]:
             great_gap = math.sqrt(great_gap)
@@ -212,6 +213,7 @@ class Condensation:
         followed = int(np.argmax(gaps >= great_gap)) + 1  # roots below the first such gap
         if all(self._decay(roots[followed:]) for roots in samples):
             self.size = followed
+            # n more powers with gap^-n <= EPS
             self._powers += math.ceil(math.log(EPS) / -math.log(gaps[followed - 1]))
 
     def _decay(self, fast: ComplexArray) -> bool:

@@ -135,7 +135,8 @@ def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray
     sigma = centre.real if is_real else centre
     # nearly parallel vectors leave directions of their span poorly known: three steps of inverse
     # iteration, from a shift just beside the group, improve it. Of a double root without spread
-    # A - shift B is singular to rounding from a shift nearer than the square root of rounding
+    # A - shift B is singular to rounding from a shift nearer than the square root of rounding;
+    # 1e-10 serves where sigma is zero
     shift = sigma + 10.0 * max(spread, 1e-8 * abs(sigma), 1e-10)
     U = _orthonormal(X[:, members], is_real)
     for _ in range(3):

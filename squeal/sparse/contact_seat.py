@@ -239,7 +239,7 @@ class PairDirections(NamedTuple):
 
     contact: Contact
     area: Array  # (m,), 1 where the contact names none
-    normal: csr_array
+    normal: csr_array  # displacements above 0 open the pairs
     sliding: csr_array  # without any entry where the contact does not slide
     across: tuple[csr_array, csr_array]  # both directions across the normal, sliding first
     # (m,), sliding speed (m/s) over the contact's `speed`: about an axis the distance (m) from it,

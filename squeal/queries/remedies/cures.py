@@ -353,10 +353,14 @@ class _Search:
         most: float,
     ) -> float:
         """The least share up to `most` for the cures of some growing modes, the same of each, with
-        which nothing grows at some values while the other modes have `shares`."""
+        which nothing grows at some values while the other modes have `shares`.
+
+        A share 0.1 raises the upper real mode of two by a tenth of its frequency, or damps modes by
+        a tenth of critical damping. values: of the free parameter.
+        """
 
         def stops_all(share: float) -> bool:
-            amounts = {}
+            amounts = {}  # by mode: Hz, or a damping ratio
             for mode, other_share in {**shares, **dict.fromkeys(modes, share)}.items():
                 amounts[mode] = other_share * self.meetings[mode].unit(cures[mode])
             treatment = self._treatment(cures, amounts)

@@ -28,9 +28,9 @@ def with_band_proof(
 
     Before, the number of modes was counted by the argument principle. A list that is proved or
     refuted gets the referee's statement in place of that count. A list that is left open keeps the
-    count, and a note says why nothing is proved. Its verdict, if it was
-    growth, becomes open only if the referee proves of each mode listed as growing that it does not
-    grow. Raises InputError for systems of which the referee proves nothing.
+    count, and a note says why nothing is proved. Its verdict, if it was growth, becomes open only
+    if the referee proves of each mode listed as growing that it does not grow. Raises InputError
+    for systems of which the referee proves nothing.
     """
     from squeal.proof.bands import prove_modes
 
