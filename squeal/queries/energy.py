@@ -391,9 +391,9 @@ def component_rows(file: SystemFile) -> dict[str, range]:
 def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
     """The terms of a system at its parameters, with names by factor and file, and their roles."""
     parameters = system.parameters
-    without_friction = frictionless(system)  # the parameters, those of friction set to zero
-    # mu, or the free parameter of a system without mu
-    set_to_zero = {name for name in parameters if without_friction[name] != parameters[name]}
+    # mu, or the free parameter of a system without mu: what `frictionless` sets to 0 if all are 1
+    without_friction = frictionless(system, dict.fromkeys(parameters, 1.0))
+    set_to_zero = {name for name in parameters if not without_friction[name]}
     # a term of joined components is a sum over several files: it has no file of its own
     origins = file.origins if file.assembly is None else ()
     named = []

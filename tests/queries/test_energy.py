@@ -79,6 +79,14 @@ def test_damping_that_turns_with_a_shaft_is_no_friction():
     assert roles[f"{internal} * speed"] == "circulatory"
 
 
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_term_of_friction_is_friction_whatever_the_coefficient_is(mu):
+    K = {"1": STIFF, "mu": [[0.0, 1.0], [0.0, 0.0]]}
+    system = squeal.System(EYE, K=K, parameters={"mu": mu})
+    roles = [term.role for term in named_terms(system, SystemFile(system))]
+    assert roles == ["mass", "stiffness", "friction"]
+
+
 def joined():
     """Two blocks of two coordinates each, one pressed on the other and dragged by friction."""
     nodes = [1, 1]
