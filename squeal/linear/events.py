@@ -294,7 +294,7 @@ def _root_at_event(
 ) -> _RootAtEvent | None:
     """The root at the zero of an event function; None if it does not cross the line there.
 
-    crosses: as `locate_event`.
+    crosses: whether it has to cross the line; two divergent roots that join to a pair do not.
     """
     roots = zero.roots
     problem = continuation.problem

@@ -157,10 +157,11 @@ class Singular(NamedTuple):
         the largest. Raises ComputationError where P is regular: there is no root.
         """
         P = applied(matrices, root, np.eye(len(matrices[0]), dtype=complex))
-        U, sizes, Vh = np.linalg.svd(P)
+        U, sizes, Vh = np.linalg.svd(P)  # P = U @ diag(sizes) @ Vh
         if sizes[-1] > SINGULAR * sizes[0]:
             raise ComputationError(f"no root lies at {root:.6g} rad/s")
-        # without the last singular value, which is zero to rounding
+        # V S^-1 U^H without the last singular value, which is zero to rounding. The last columns of
+        # V and U are the null vectors: P x = 0 and y^H P = 0
         pseudo_inverse = (Vh[:-1].conj().T / sizes[:-1]) @ U[:, :-1].conj().T
 
         def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:

@@ -68,7 +68,8 @@ def _field(
     """A field of `Pad` with its `Parameter`; the arguments are fields of `Parameter` and of `Key`.
 
     default: in words what holds if the parameter is left out. The parameter is required if these
-    words are empty; so it is if `unless` names another parameter that may stand in its place.
+    words are empty. If `unless` names a parameter that may stand in its place, one of the two is
+    required.
     """
     p = Parameter(
         meaning,

@@ -295,8 +295,9 @@ class RangeProof:
     ) -> float | None:
         """A value between `reached` and `end` at which not `growing` roots grow, for certain.
 
-        The steps ended at `reached`. Some values are tried, from near `end` on nearer and nearer to
-        `reached`; None if none of them refutes.
+        The steps ended at `reached`. The first value that is tried lies a share 1 / `NEARER` of the
+        way from there to `end`, each further one at this share of the last distance; None if none
+        of them refutes.
         """
         share = 1.0
         for _ in range(MOST_VALUES_BEYOND):

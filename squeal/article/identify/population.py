@@ -619,8 +619,9 @@ def row(block: Computed, index: int) -> Row:
 
     What the repeats do not agree on is undecided.
     """
+    # `row` (repeats, cases, n) is -1 for a motion without an initial state
     if any((block.first[model].row[0, :, index] < 0).any() for model in MODELS):
-        return Row("start")  # in some case there is no initial state
+        return Row("start")  # in some case there is none
     repeats = []
     for number in range(REPEATS):
         verdicts = verdicts_of_repeat(block, number, index)
