@@ -199,7 +199,8 @@ class Path:
         relative changes of each coefficient: of the balance of x, y and theta in the contact state
         `touching` (points, 1), then of the gaps `changed` (j,)."""
         model = self.statics.model
-        # by complex steps: in column i coefficient i is shifted
+        # by complex steps, f(x + i step) = f(x) + i step f'(x): in column i coefficient i is
+        # shifted by this share of itself
         values = np.array(model.c._replace(mu=z[3, 0]), dtype=float)
         shifted = Coefficients(*(values[:, None] * (1.0 + 1j * STEP * np.eye(values.size))))
         q = shifted.xy_theta(z.astype(complex))

@@ -101,6 +101,8 @@ def _errors_may_change_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
     discriminant, unless A is symmetric. Whether a root is negative is open by the sign of a
     coefficient, unless a certain pair or another negative coefficient makes it unstable anyway.
     """
+    # of s^3 - a s^2 + b s - c, whose roots s = -lambda^2 grow where they are complex or negative:
+    # real ones are all positive if a, b and c are. Each with `value` and `bound` of its error (n,)
     a, b, c, discriminant, is_unresolved = invariants(
         list(A.reshape(-1, 9).T), errors=list(errors.reshape(-1, 9).T)
     )

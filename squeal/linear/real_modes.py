@@ -105,6 +105,7 @@ def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
     r, modes = eigh(M, K + shift * M)
     r = r[-rank:]
     has_mass = r > 4 * len(M) * EPS * r[-1]
+    # the largest r, the lowest s, first. `eigh` gives x' (K + shift M) x = 1, hence x' M x = r
     r = r[has_mass][::-1]
     modes = modes[:, -rank:][:, has_mass][:, ::-1] / np.sqrt(r)
     squares = 1.0 / r - shift

@@ -421,6 +421,7 @@ def tallies_above(S: NearDiagonal, half: float, are_squares: bool) -> list[Tally
     parts = zip(discs.parts, real_parts, imaginary_parts, strict=True)
     for part, (low, high), (bottom, top) in parts:
         if are_squares:
+            # the least growth of i sqrt(s) of the s of this part, and the greatest below
             slowest = _growth_above(low, high, top)
             # Re i sqrt(s) of the conjugate of s is that of s with the other sign, and its imaginary
             # part is at most -bottom

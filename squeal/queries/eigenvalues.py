@@ -231,4 +231,5 @@ def _unstable_modes(
         the paths end at the modes."""
         return analysis.matrices if value == mu else matrices_of_branch(value)
 
+    # a mode and a path belong together if their roots at mu differ by a share `SAME_ROOT` at most
     return with_onsets(unstable, thresholds(on_branch, mu, breakpoints), mu, SAME_ROOT)

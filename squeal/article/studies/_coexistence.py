@@ -512,7 +512,8 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
     """The boundaries of a family over contact damping and over friction, both with modal damping.
 
     As modal damping rises, the cycle ends in a fold; as modal damping or friction falls, it may
-    lose its stability. Grazings are traced over contact damping alone.
+    lose its stability. From there the boundary is traced in both planes. Grazings are traced over
+    contact damping alone.
     """
     start = find_cycle(scene, family)
     cycles = Cycles(start.pad)
@@ -528,7 +529,7 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
         ends_with_stability = loses_stability and not family.last_beyond_torus
         curves.append(
             BoundaryCurve(
-                contacts=family.contacts[0],
+                contacts=family.contacts[0],  # it names the family, of all that its cycle may have
                 ends_loss=kind == "fold" or ends_with_stability,
                 kind=kind,
                 over=over,
@@ -570,7 +571,7 @@ def least_at(scene: Scene, a: float, zeta: float, norm: Norm) -> LeastDisturbanc
         norm=norm,
         norms=tuple(None if least is None else _rounded(least.norm) for least in searches),
         disturbance=shortest,
-        drawn=DRAWN,
+        drawn=DRAWN,  # disturbances from the box, of seed 0
         lasting=int(np.count_nonzero(lasts(pad, box(0)))),
     )
 

@@ -494,8 +494,9 @@ class _Run:
     ) -> _ContactChange | None:
         """The first contact change in a step of length h, None if there is none.
 
-        beyond: by point, at the n poses of the step, see `_may_have_crossed`; pose j is that at the
-        time (j + 1) h / n. At the first pose no point has crossed yet.
+        beyond: by point, how far it is beyond the surface at the n poses of the step, negative on
+        its own side. Pose j is that at the time (j + 1) h / n. At the first pose no point has
+        crossed yet.
         """
         n = len(beyond[0])
         for j in range(1, n):

@@ -29,6 +29,8 @@ def error_bounds(file: SystemFile, system: TermSystem) -> AddErrors | None:
     bounds: list[AddErrors] = []
     if file.assembly is not None and file.assembly.reduction:
         bounds.append(partial(file.assembly.bounded, system))
+    # the bound by digits leaves out how matrices change with the frequency: of those that follow it
+    # there is none
     if system.digits and not system.follows:
         bounds.append(partial(known_to_digits, system))
     if len(bounds) < 2:

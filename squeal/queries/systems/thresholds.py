@@ -477,7 +477,7 @@ def _with_rounding(reduction: Reduction, name: str, event: Event, low: float) ->
     at_event = {name: event.value}
     system = reduction.system
     root = np.array(1j * event.omega)
-    identity = np.eye(system.n)
+    identity = np.eye(system.n)  # to which P is applied, to have it as an array (n, n)
     rounding = ROUNDINGS * EPS * reduction.scaled.at(at_event).size(root)
     if not event.omega:
         K_at_low = applied(system.at({name: low}), root, identity)
