@@ -518,6 +518,8 @@ class Answer(ABC):
     panel: ClassVar[Panel]
     """What one panel shows; none of maps, conditions and energy over a sweep, drawn as they are."""
     grid: ClassVar[tuple[str | int, ...]] = ()
+    own_endings: ClassVar[tuple[str, ...]] = ()
+    """Endings of names that `save` of a subclass takes besides those of tables and figures."""
     """The columns, by name or by index, that are the axes of an array of the answer: no two rows
     that count have the same values in all of them."""
 
@@ -673,7 +675,7 @@ class Answer(ABC):
             self.table().save(path)
             return
         if suffix not in FIGURES:
-            allowed = ", ".join([*TABLES, *FIGURES])
+            allowed = ", ".join([*self.own_endings, *TABLES, *FIGURES])
             raise InputError(f"{path}: the name must end in one of {allowed}")
         from squeal.plots.answers import draw  # only what draws loads it
 

@@ -48,6 +48,8 @@ class Report(Findings):
     0.75
     """
 
+    own_endings = (".html",)
+
     def save(self, path: Path | str, inputs: Sequence[Any] = (), **drawn: Any) -> None:
         """Write the page as one HTML file (.html) that needs no other one; `inputs` are the files
         behind it. With the name of a table or a figure (.csv, .png, ...) the modes that grow are

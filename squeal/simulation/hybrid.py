@@ -371,7 +371,8 @@ def integrate(
                 f"a contact change was missed before {instant(t)}; ask for a smaller tolerance"
             )
         if limit == Limit.NONE and t < stop:
-            ends_at_a_change = t in segment.changes.t[-1:]  # which is empty without changes
+            times = segment.changes.t
+            ends_at_a_change = times.size > 0 and times[-1] == t
             if ends_at_a_change:
                 segment = _with_simultaneous(model, segment)
                 z = off_level(model, z, segment.last_contact[:, 0])

@@ -148,7 +148,7 @@ def test_the_command_writes_it_and_refuses_what_it_cannot_write(capsys, tmp_path
         assert code == 2
         assert name in err
     assert (tmp_path / "b.html").read_text() == "mine"
-    with pytest.raises(InputError, match="must end in"):
+    with pytest.raises(InputError, match=r"must end in one of \.html, \.csv, "):
         report_of_pair(1.0).save(tmp_path / "a.txt")
 
 
