@@ -25,6 +25,7 @@ from squeal.proof.segments import (
     Basis,
     Expansion,
     bases,
+    frequencies_on_axis,
     near_diagonal,
     tallies_above,
     tallies_of_inverses,
@@ -125,6 +126,36 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
             if not best.doubtful:
                 break
     return best
+
+
+def frequency_on_axis(
+    terms: Terms, low: float, high: float, omega: float
+) -> tuple[float, float] | None:
+    """Bounds of the angular frequency (rad/s) of the pair that crosses the imaginary axis between
+    two values of the parameter; of several that may cross there, of the one nearest to `omega`.
+
+    None where no enclosure shows a pair.
+    """
+    nearest: tuple[float, float] | None = None
+    _, half = middle_and_half(low, high)
+    for component in terms.separated().components():
+        M, C, K = component.expanded(low, high)
+        A, B = _first_order_form(M, C, K)
+        with np.errstate(all="ignore"):
+            for pencil, basis in _pencils_and_bases([_Pencil(A, B)]):
+                S = near_diagonal(pencil.A, pencil.B, half, basis)
+                if isinstance(S, Failure):
+                    continue
+                for bounds in frequencies_on_axis(S, half):
+                    if nearest is None or _distance(omega, bounds) < _distance(omega, nearest):
+                        nearest = bounds
+    return nearest
+
+
+def _distance(value: float, bounds: tuple[float, float]) -> float:
+    """How far a value lies outside of bounds, or from the nearer one, negative, inside."""
+    low, high = bounds
+    return max(low - value, value - high)
 
 
 class _Pencil(NamedTuple):

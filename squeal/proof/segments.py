@@ -396,6 +396,19 @@ def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> lis
     return tallies
 
 
+def frequencies_on_axis(S: NearDiagonal, half: float) -> list[tuple[float, float]]:
+    """Bounds of Im lambda for each part of the discs above the real axis whose roots lambda, the
+    eigenvalues of S, may lie on the imaginary axis somewhere in the interval."""
+    discs = moving_discs(S, half)
+    growth_rates = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
+    frequencies = _bounds_of_parts(S.centres.imag, S.speeds.imag, discs, half)
+    on_axis = []
+    for (slowest, fastest), (bottom, top) in zip(growth_rates, frequencies, strict=True):
+        if slowest <= 0.0 <= fastest and bottom > 0.0:
+            on_axis.append((bottom, top))
+    return on_axis
+
+
 def _tally(number: int, low: float, high: float) -> Tally:
     """So many roots, which grow or decay if both bounds of their real parts say so."""
     side: Side = "unknown"

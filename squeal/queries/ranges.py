@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import NO_BALLS, InputError
+from squeal.io.writing import with_known_digits
 from squeal.linear.events import Crossing
 from squeal.linear.matrices import Array, dense, divisor, norm_of
 from squeal.linear.moduli import Modulus, Tabulated
@@ -379,6 +380,38 @@ def system_statement(
     if proof.status != "proved":
         return _with_reason(statement, proof), []
     return replace(statement, status="proved", growth_below=proof.growth_below), intervals
+
+
+def enclosed_frequencies(
+    system: TermSystem, crossings: Sequence[Crossing], intervals: Sequence[Interval]
+) -> dict[tuple[float, float], float | None]:
+    """The frequencies (Hz) of those crossings of pairs that counts of growing roots alone show, by
+    the value and the listed frequency of each.
+
+    The search takes them from a root at some distance. Here each is enclosed over the interval in
+    which its threshold is proved, and has as many digits as the enclosure leaves; None where it
+    leaves none.
+    """
+    from squeal.proof.ranges import frequency_on_axis
+
+    frequencies: dict[tuple[float, float], float | None] = {}
+    terms = _terms_in_balls(system)
+    for crossing in crossings:
+        if crossing.kind != "flutter" or crossing.residual is not None:
+            continue
+        frequency = None
+        for low, high in intervals:
+            if not low <= crossing.mu <= high:
+                continue
+            bounds = frequency_on_axis(terms, low, high, 2 * math.pi * crossing.frequency_hz)
+            if bounds is None:
+                continue
+            middle = sum(bounds) / (4 * math.pi)
+            error = 10 * (bounds[1] / (2 * math.pi) - middle)  # ten times: all digits are right
+            if error < middle:
+                frequency = float(with_known_digits(middle, middle - error, middle + error))
+        frequencies[crossing.mu, crossing.frequency_hz] = frequency
+    return frequencies
 
 
 def _proof_of_system(

@@ -44,6 +44,7 @@ if TYPE_CHECKING:  # pads start without the referee and the solvers of systems
 ADMISSIBLE_TO = 1e-9  # relative: to which the end of the admissible range is located
 NEAR_FOLD = 1e-9  # relative: closer to a fold rounding makes spurious thresholds
 GROWS_OUTSIDE = "what grows outside of the band or region may enter it while it grows"
+NO_FREQUENCY = "of a crossing that counts alone show no digit of the frequency is proved"
 
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
@@ -539,7 +540,7 @@ def _proved_system(
         The answer with the statement of the referee and with the intervals that it proves, and
         where it refutes the answer, if it does.
     """
-    from squeal.queries.ranges import system_statement
+    from squeal.queries.ranges import enclosed_frequencies, system_statement
     from squeal.queries.systems.all_roots import motion_rates, roots_of_all
 
     changes = {system.parameter: answer.low}
@@ -553,6 +554,20 @@ def _proved_system(
     grows_outside = _number_growing(system, all_roots) > _number_growing(system, selected)
     if grows_outside or len(all_crossings) > len(answer.crossings):
         doubts.append(GROWS_OUTSIDE)
+    if statement.status == "proved" and not is_exact:
+        frequencies = enclosed_frequencies(system, answer.crossings, intervals)
+        if None in frequencies.values():
+            doubts.append(NO_FREQUENCY)
+
+        def with_frequency(located: Located) -> Located:
+            hertz = frequencies.get((located.mu, located.frequency_hz))
+            return located if hertz is None else replace(located, frequency_hz=hertz)
+
+        answer = replace(
+            answer,
+            points=tuple(map(with_frequency, answer.points)),
+            crossings=tuple(map(with_frequency, answer.crossings)),
+        )
     if statement.status == "proved" and doubts:
         reason = "; ".join(doubts)
         statement = replace(statement, status="open", growth_below=None, reason=reason)

@@ -3,6 +3,7 @@
 import importlib
 import math
 from dataclasses import replace
+from decimal import Decimal
 
 import numpy as np
 import pytest
@@ -452,3 +453,56 @@ def test_a_pair_through_zero_is_flutter_without_a_frequency():
     found = [(c.mu, c.kind, c.direction, c.frequency_hz) for c in answer.crossings]
     assert found == [(0.0, "divergence", "down", 0.0), (0.0, "flutter", "up", 0.0)]
     assert answer.certified
+
+
+def hidden(left, right, stiffnesses, dampings):
+    """Separate oscillators of mass 1, left and right multiplied by matrices of determinant one.
+
+    dampings: formula of the damping of each.
+    """
+    left, right = np.array(left), np.array(right)
+    C = {}
+    for k, formula in enumerate(dampings):
+        C[formula] = np.outer(left[:, k], right[k])
+    return squeal.System(left @ right, C, left @ np.diag(stiffnesses) @ right)
+
+
+SLOW = [
+    (
+        [[1, 1], [0, 1]], [[1, -1], [-1, 2]], [8.0, 1.000444171950221e-11],
+        ["(0.1298828125-mu)/(mu+5.0)", "2*(mu-0.27734375)*(mu-0.7685546875)"],
+    ),
+    (
+        [[1, 0], [0, 1]], [[2, 1], [1, 1]], [3.0, 8.284581574100567e-12],
+        ["3*(0.8642578125-mu)/(mu+5)", "0.03*(0.259765625-mu)/(mu+5)"],
+    ),
+    (
+        [[2, 1], [1, 1]], [[1, 0], [0, 1]], [8.0, 4.0e-12],
+        ["(0.375-mu)/(mu+5)", "0.05*(0.71875-mu)/(mu+2)"],
+    ),
+    (
+        [[1, 0, 0], [0, -1, 0], [0, 2, 1]], [[1, 0, 1], [0, 2, 1], [0, 1, 0]],
+        [8.0, 2.207323842215841e-12, 7.500872003532924e-07],
+        ["(0.19921875-mu)/(mu+5)", "-2*(0.1240234375-mu)/(mu+2)", "3*(0.61328125-mu)/(mu+5)"],
+    ),
+    (
+        [[1, 0], [0, 1]], [[1, 1], [0, 1]], [8.0, 3.0e-12],
+        ["0.2*(0.46875-mu)", "0.02*(0.28125-mu)/(mu+2)"],
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.filterwarnings("ignore:.*are M and K swapped")
+@pytest.mark.parametrize("parts", SLOW, ids=range(len(SLOW)))
+def test_the_frequency_of_a_slow_crossing_is_right_in_the_digits_that_it_has(parts):
+    system = hidden(*parts)
+    answer = squeal.thresholds(system, 1.0, low=0.0)
+    known = np.sqrt(parts[2]) / (2.0 * math.pi)
+    assert answer.certified
+    flutters = {crossing.mu: crossing.frequency_hz for crossing in answer.crossings}
+    assert len(flutters) >= len(known)
+    for hertz in flutters.values():
+        unit = 10.0 ** Decimal(repr(hertz)).as_tuple().exponent
+        assert np.abs(hertz - known).min() <= max(0.6 * unit, 2e-7 * hertz)
+    for point in answer.points:
+        assert point.frequency_hz == flutters.get(point.mu, point.frequency_hz)
