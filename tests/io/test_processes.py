@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
 from functools import partial
 
 import pytest
@@ -20,22 +19,33 @@ from tests.conftest import SCENES
 # what a shell runs in the background ignores interrupts
 INTERRUPTED = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
 SCRIPT = """
-import os, sys, time
+import os, signal, sys, threading, time
 from pathlib import Path
 
+MARKS = Path("marks")
+
 if __name__ == "__mp_main__":  # as a process of the pool imports this
-    Path("marks", str(os.getpid())).touch()
-    time.sleep(1.0)
+    (MARKS / str(os.getpid())).touch()
+    if Path("stuck").exists():
+        time.sleep(100.0)
 
 def work(*_):
-    Path("marks", f"works {os.getpid()}").touch()
-    time.sleep(30.0)
-    Path("marks", f"done {os.getpid()}").touch()
+    (MARKS / f"works {os.getpid()}").touch()
+    time.sleep(100.0)
+    (MARKS / f"done {os.getpid()}").touch()
+    os._exit(0)
+
+def interrupt(send, marks):
+    # once the processes have begun and this one hears interrupts again
+    while len(list(MARKS.iterdir())) < marks or signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        time.sleep(0.01)
+    send(os.getpid(), signal.SIGINT)
 
 if __name__ == "__main__":
     from squeal.queries import scatter
     from squeal.cli.main import main
     scatter.samples_of = work
+    INTERRUPTS
     sys.exit(main(sys.argv[1:]))
 """
 INTERRUPTED_AT_THE_FIFTH_CHUNK = """
@@ -82,30 +92,27 @@ def test_a_process_that_is_killed_is_said(work):
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize(
-    ("working", "meets"),  # processes that work already, or else import; all or the parent alone
-    [(0, os.killpg), (2, os.kill)],
+    ("working", "send"),  # processes that work already, or else import; all or the parent alone
+    [(0, "os.killpg"), (2, "os.kill")],
 )
-def test_an_interrupt_is_said_once(tmp_path, working, meets):
-    script = tmp_path / "script.py"
-    marks = tmp_path / "marks"
-    script.write_text(SCRIPT)
-    marks.mkdir()
+def test_an_interrupt_is_said_once(tmp_path, working, send):
+    interrupts = f"threading.Thread(target=interrupt, args=({send}, {2 + working}), daemon=True)"
+    (tmp_path / "script.py").write_text(SCRIPT.replace("INTERRUPTS", f"{interrupts}.start()"))
+    (tmp_path / "marks").mkdir()
+    if not working:
+        (tmp_path / "stuck").touch()
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
     command = f"scatter {SCENES / 'b3.yaml'} spreads.yaml --workers 2"
-    running = subprocess.Popen(
-        [sys.executable, script, *words(command)],
+    done = subprocess.run(
+        [sys.executable, "script.py", *words(command)],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
         preexec_fn=INTERRUPTED,
         cwd=tmp_path,
     )
-    while len(list(marks.iterdir())) < 2 + working and running.poll() is None:
-        time.sleep(0.01)
-    meets(running.pid, signal.SIGINT)
-    _, printed = running.communicate()
-    assert (running.returncode, printed) == (130, "squeal: stopped\n")
-    assert not list(marks.glob("done *"))
+    assert (done.returncode, done.stderr) == (130, "squeal: stopped\n")
+    assert not list((tmp_path / "marks").glob("done *"))
 
 
 def ended(capsys, *arguments):
@@ -141,19 +148,14 @@ def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, monkeypatch, cap
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_no_process_outlives_its_parent(tmp_path):
     (tmp_path / "marks").mkdir()
-    (tmp_path / "script.py").write_text(SCRIPT)
+    (tmp_path / "script.py").write_text(SCRIPT.replace("INTERRUPTS", ""))
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
     command = f"scatter {SCENES / 'b3.yaml'} spreads.yaml --workers 2"
     script = [sys.executable, "script.py", *words(command)]
-    running = subprocess.Popen(script, cwd=tmp_path, start_new_session=True)
+    running = subprocess.Popen(script, cwd=tmp_path, stdout=subprocess.PIPE)
     while not list((tmp_path / "marks").glob("works *")):
         assert running.poll() is None
         time.sleep(0.01)
     running.kill()  # which leaves it no time to end others itself
-    running.wait()
-    until = time.monotonic() + 10.0
-    with suppress(ProcessLookupError):  # nobody is left in the group
-        while True:
-            os.killpg(running.pid, 0)
-            assert time.monotonic() < until
-            time.sleep(0.01)
+    running.communicate()  # to the end of the last process that could print
+    assert not list((tmp_path / "marks").glob("done *"))

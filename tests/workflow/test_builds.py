@@ -5,7 +5,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 import zlib
 from importlib import import_module
 
@@ -18,18 +17,20 @@ from workflow.release import verify
 
 def test_a_job_ends_with_its_build():
     build = subprocess.Popen(["sleep", "100"])
-    waiting = ["timeit", "-n1", "-s", "import time", "time.sleep(100)"]
+    begins = "import time; print(flush=True)"
+    waiting = ["timeit", "-n1", "-s", begins, "time.sleep(100)"]
     job = subprocess.Popen(
         [sys.executable, "-m", "workflow.processes", *waiting],
         cwd=ROOT,
         env=os.environ | {BUILD: str(build.pid)},
+        stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
     )
-    time.sleep(1.0)
-    assert job.poll() is None
+    assert job.stdout.readline() == b"\n"  # the job works while its build lives
     build.kill()
     build.wait()
-    assert job.wait(timeout=30) != 0
+    job.communicate()
+    assert job.returncode != 0
 
 
 def test_locks_are_removed_only_where_nobody_is(tmp_path, monkeypatch):
