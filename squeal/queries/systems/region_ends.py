@@ -14,6 +14,8 @@ LOOSE = 0.1
 NARROW = 1e-9
 """The share of a frequency by which a region is searched beyond its ends: copies of a multiple root
 that rounding moves over an end are met on both sides."""
+COPIES = 5.0
+"""How many times its own rounding a copy of a multiple root may be off: of 60 copies, one was 3.4."""
 ROUGH = 1e-3
 """The share of |lambda| by which rough values, that a search met but did not refine, may be off."""
 
@@ -53,10 +55,11 @@ def _lies_at_end(root: Eigenvalue, region: Rectangle) -> bool:
     """
     if not root.rounding < math.inf:
         return False
+    reach = COPIES * root.rounding
     # an edge is an end only between its corners, not on the line beyond them
-    may_be_inside = region.distance(np.array(root.value)) <= root.rounding
+    may_be_inside = region.distance(np.array(root.value)) <= reach
     of_growth, of_frequency = _distances_to_ends(root, region)
-    return bool(may_be_inside and min(of_growth + of_frequency) <= root.rounding)
+    return bool(may_be_inside and min(of_growth + of_frequency) <= reach)
 
 
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
@@ -91,7 +94,7 @@ def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
         of_growth, of_frequency = _distances_to_ends(root, region)
         if _lies_at_end(root, region):
             value = f"{root.frequency_hz:.6g} Hz, known to {root.rounding / math.tau:.2g} Hz"
-            if min(of_growth) <= root.rounding:
+            if min(of_growth) <= COPIES * root.rounding:
                 value = f"Re = {root.growth_rate:.6g} 1/s, known to {root.rounding:.2g} 1/s"
             doubts.append(f"a root lies at an end, at {value}, and may lie within or not")
         elif may_lie_in(root, region) and min(of_growth + of_frequency) <= error:
