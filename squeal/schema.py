@@ -167,6 +167,7 @@ class Number(Kind):
         self.high = high
         self.low_allowed = low_allowed
         self.high_allowed = high_allowed
+        # of 0.0 and 1.0 the range reads " above 0 and at most 1"
         above = "of at least" if low_allowed else "above"
         self.range = f" {above} {low:.6g}" if low > -math.inf else ""
         if high < sys.float_info.max:

@@ -466,7 +466,8 @@ def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
 
     The null space is split off, and the smaller problem that remains is examined again, until it
     has full rank: so the chains of a multiple root are counted to their end, such as the double
-    one of a free body in first-order form. Singular values up to `noise` are rounding.
+    one of a free body in first-order form, [[0, 1], [0, 0]]. Singular values up to `noise` are
+    rounding.
     """
     count = 0
     stiffness = A

@@ -70,7 +70,8 @@ def required_crossings(
     Each pair and each real root that grows at one of the two values alone has to cross the axis
     between them. The frequency of a pair's crossing is that of a pair on the side with more growing
     pairs. A pair on the other side counts as growing on both sides: of the candidates the one
-    nearest to it in frequency is left out.
+    nearest to it in frequency is left out. If a pair of 100 rad/s grows below and two of 101 and
+    250 rad/s above, a pair of 250 rad/s has to begin to grow.
     """
     # how many more grow above than below: crossings then have the direction 1, if fewer grow -1
     pairs = above.unstable_count.pairs - below.unstable_count.pairs

@@ -252,6 +252,7 @@ def _conditions_and_links(
     lengths : sequence of int
         The number of values on each axis.
     """
+    # how far apart neighbours along each axis are in the list: 3 and 1 of the lengths 2 and 3
     strides = [math.prod(lengths[axis + 1 :]) for axis in range(len(lengths))]
     conditions: list[Condition] = []
     links: list[_Link] = []

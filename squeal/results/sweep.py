@@ -219,7 +219,8 @@ class SweptMode:
         """The mode of a number from its path: rising values of the parameter, and the root at each.
 
         Its growth begins between the first two values at which it does not grow, and grows; there
-        the growth rate is interpolated linearly to zero.
+        the growth rate is interpolated linearly to zero: with -1 1/s at mu = 0.4 and 3 1/s at 0.5
+        it begins at 0.425.
         """
         at, fastest = max(path, key=lambda pair: pair[1].growth_rate)
         onset = interval = None

@@ -306,7 +306,8 @@ def _each_blow(grid: Grid, load: np.ndarray, moment: np.ndarray) -> _EachBlow:
     impulse = (load * grid.weights[:, None] * steps.h / period).T.ravel()
     side = np.sign(moment).T.ravel()
     motion = np.repeat(steps.motion, len(load))
-    # a sample without force has the side of the last one with force in the same motion
+    # a sample without force has the side of the last one with force in the same motion: of the
+    # sides -1, 0, 0, 1 this makes -1, -1, -1, 1, two blows
     last_with_force = np.maximum.accumulate(np.where(side != 0.0, np.arange(side.size), 0))
     side = np.where(motion[last_with_force] == motion, side[last_with_force], 0.0)
     # a blow lasts as long as side and motion stay the same

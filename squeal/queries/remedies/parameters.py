@@ -184,8 +184,9 @@ def find_remedies(
 def keep_below(brake: Brake, outside: Thresholds | None) -> Bound | None:
     """The value of the free parameter below which nothing grows, in the band or outside of it.
 
-    None if nothing grows at the present value, something grows from the lower end of the range on,
-    or stability is first lost beyond the present value or more than `NO_WAY` below it.
+    If stability is lost at 0.4 it is 0.4, and 0.3636 with a margin (`IN_HAND`). None if nothing
+    grows at the present value, something grows from the lower end of the range on, or stability is
+    first lost beyond the present value or more than `NO_WAY` below it.
 
     Parameters
     ----------
