@@ -206,7 +206,8 @@ def _alone(
 ) -> Segment | None:
     """The motion of one pad in natural units, from a state (6,); None where it cannot be computed.
 
-    Where it leaves the model, the segment ends there and holds the limit.
+    Where it leaves the model, the segment ends there and holds the limit. stop: the time at its
+    end; dense: whether the segment gives states within its steps.
     """
     segments = list[Segment]()
     integrator = heyoka().TaylorIntegrator(model, tolerance)

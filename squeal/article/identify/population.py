@@ -257,6 +257,7 @@ def assessed_equilibria(stack: PadModel) -> list[AssessedEquilibrium | None]:
         equilibrium = None
         if branches.end[i] == BranchEnd.REACHED and points.exists[i]:
             state = State(*points.touching[:, i].tolist())
+            # None if it lies beyond the limits of the model
             equilibrium = _assessed(single(stack, i), points.z[:, i], state)
         assessed.append(equilibrium)
     return assessed
@@ -426,7 +427,8 @@ def _means_of_two_springs(block: Computed, repeat: int, index: int) -> dict[str,
     """Mean shares two_lost and two_apart of the line's pads on two springs.
 
     The shares are those of `_mean_shares`, over the same cases: those in which both models have an
-    equilibrium. Empty without such a case, or where a motion did not go to its end.
+    equilibrium. Empty without such a case, or where a motion did not go to its end. index: of the
+    set in the block; repeat: of the motions, of which number 0 starts from the states as given.
     """
     # the shares of each case
     lost = []

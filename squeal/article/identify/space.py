@@ -161,7 +161,8 @@ def speed_limit(n: Numbers) -> np.ndarray:
 def scenes_of(
     n: Numbers, formulation: Formulation, tolerance: float = 1e-12
 ) -> dict[Model, dict[str, Scene]]:
-    """The eight dimensionless scenes of one parameter set (n = 1): model, then case."""
+    """The eight dimensionless scenes of one parameter set, whose numbers are `n`: by model, then by
+    case. tolerance: of the integration; other ones than this are for the study of accuracy."""
     speed = float(speed_limit(n)[0])
 
     def scene(model: Model, case: str) -> Scene:

@@ -520,7 +520,8 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
     curves = []
 
     def store(kind: Kind, over: Plane, points: Sequence[Cycle]) -> None:
-        """Append a boundary to `curves`, if it has points."""
+        """Append a boundary of a kind, over a plane of two parameters, to `curves`, if it has
+        points."""
         if not points:
             return
         # beyond a fold there is no cycle; where a cycle loses its stability, at a period doubling

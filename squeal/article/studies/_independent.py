@@ -420,7 +420,7 @@ class _Run:
         return _ContactChange(time, reached.state, point)
 
     def advance(self, stop: float, most: int) -> None:
-        """Go on to a time, through at most so many contact changes since the time 0.
+        """Go on to the time `stop`, through at most so many contact changes since the time 0.
 
         Raises ComputationError if there are more.
         """
@@ -457,7 +457,9 @@ class _Run:
 
         Returns False where the step was too long: its error is too great, or a point crosses the
         surface in its first substep, where the change cannot be located. `self.h` is the length to
-        try next, in either case. limit: the longest step of the contact state.
+        try next, in either case.
+
+        f: the accelerations in the contact state; limit: its longest step.
         """
         if self.sizes[1] <= TINY:
             self.sizes = self._sizes_from_rest(f, h)

@@ -237,7 +237,11 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
         state: np.ndarray,
         stop: float,
     ) -> Leg:
-        """The leg from the time t to the first contact change of an edge, or to `stop`."""
+        """The leg from the time t to the first contact change of an edge, or to `stop`.
+
+        rhs, gaps: the rates (6,) and the gaps of both edges (2,) of a state (6,), in the contact
+        state.
+        """
         # solve_ivp asks for each edge alone: the gaps of a state are computed once for both
         gaps_at = lru_cache(maxsize=1)(lambda state_bytes: gaps(np.frombuffer(state_bytes)))
         events = []

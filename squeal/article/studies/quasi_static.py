@@ -98,7 +98,8 @@ def quasi_static(
 ) -> QuasiStatic:
     """The map of so many cells a side, with the boundaries of both readings traced.
 
-    cases: pads with F_n by case; sets: a pad of each parameter set, by its name.
+    cells: fewer than `CELLS` are for tests; cases: pads with F_n by case; sets: a pad of each
+    parameter set, by its name.
     """
     maps = quasi_static_map(pad, cells)
 
