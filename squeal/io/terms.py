@@ -118,8 +118,9 @@ def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulu
 def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -> Tabulated:
     """The factor of a term that has the key `table`: a column of the table times a formula.
 
-    parameter: the one that is swept; the column is given over it unless the key `over` of the
-    table names another one. Raises InputError.
+    folder: that of the system file, from which the table is looked for; parameter: the one that is
+    swept; the column is given over it unless the key `over` of the table names another one. Raises
+    InputError.
     """
     here = term.at / "table"
     if term.part not in ("C", "K"):
