@@ -242,7 +242,7 @@ def _normalising_factor(mass: bytes, n: int) -> tuple[Array, float]:
     inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
     T = (1.0 / np.sqrt(np.diag(M)))[:, None] * inverse.T
     T.setflags(write=False)  # the cache holds it
-    # T' A T has errors of up to |inverse|^2 times those of the entries of the scaled A
+    # T' K T has errors of up to |inverse|^2 times those of the entries of K, scaled as M is
     return T, ENTRY_ROUNDING * float(np.linalg.norm(inverse, 2) ** 2)
 
 

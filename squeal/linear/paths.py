@@ -454,8 +454,8 @@ def _onset_before(path: Sequence[_SpectrumOnPath], k: int, result: Thresholds) -
     """Where the root of index k at the last spectrum of a path began to grow.
 
     The path, by rising parameter, is followed backwards to a spectrum at which the root does not
-    grow; a crossing after it is the onset. None if the root grows at the first spectrum already, or
-    if no upward crossing lies there.
+    grow; the crossing of `result` after it is the onset. None if the root grows at the first
+    spectrum already, or if no upward crossing lies there.
     """
     for i in range(len(path) - 1, 0, -1):
         continuation, before = path[i - 1]

@@ -144,6 +144,7 @@ def _search(continuation: Continuation) -> SearchResult:
     """
     low = continuation.low
     high = continuation.high
+    # how many steps are taken first, and how many values in all may be computed
     count, budget = _affordable(continuation.size)
     values = [low]
     for k in range(1, count):  # uneven, as thresholds often lie at round numbers
@@ -491,7 +492,7 @@ class _AdaptiveRefinement:
     def _event_from_count(
         self, crossing: RequiredCrossing, a: float, b: float, limits: Interval
     ) -> Event | None:
-        """An event that only the counts of growing roots at a and b show.
+        """An event that only the counts of growing roots at a and b show, for a required crossing.
 
         Its interval reaches to the nearest values below a and above b at which rounding leaves no
         doubt about the count, or fills the `limits`. None if the root decays from the start of the

@@ -267,14 +267,14 @@ class _Quotient(NamedTuple):
 
 
 def _quotient_at(singular: Singular, matrices: MCK) -> _Quotient:
-    """How a single root, or two that coalesce, move with changes of M, C and K.
+    """How a single root, or two that coalesce, move with changes of the matrices M, C and K.
 
     Of a double root with one vector x the chain is P x1 = -P' x, y1^H P = -y^H P'. The weight of
     the mean is then y^H P'' x + y1^H P' x + y^H P' x1, P'' = 2 M, in place of y^H P' x.
     """
     z = singular.root
-    x = singular.right
-    y = singular.left
+    x = singular.right  # P x = 0
+    y = singular.left  # y^H P = 0
     Pprime_x = inertia(matrices, z, x)
     weight = np.vdot(y, Pprime_x)
     real_mode = _real_mode_products(matrices[0], z, x, y)

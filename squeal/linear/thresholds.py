@@ -506,7 +506,8 @@ def _lead_of_pair(spectrum: SpectrumAtParameter) -> _Lead:
 
 
 def _growth_rate(spectrum: SpectrumAtParameter, fastest_first: list[int]) -> _Lead:
-    """The growth rate of the first of some roots, given by their indices; 0 without any."""
+    """The growth rate (1/s) of the first of some roots, given by their indices, with its derivative
+    by the parameter and its rounding; all are 0 without a root."""
     if not fastest_first:
         return _Lead(0.0, 0.0, 0.0)
     k = fastest_first[0]
@@ -554,7 +555,10 @@ def _fastest_events(result: SearchResult, change: VerdictChange) -> _FastestEven
 def _critical_point(
     result: SearchResult, change: VerdictChange, fastest: _FastestEvents
 ) -> CriticalPoint:
-    """A change of verdict for callers; `fastest` are the events of its cluster that make it."""
+    """A change of verdict for callers; `fastest` are the events of its cluster that make it.
+
+    Where the verdict above the change is one of growth, that growth is the kind of the point.
+    """
     if change.above in GROWING:
         kind = change.above
         event = fastest.beginning
