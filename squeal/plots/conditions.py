@@ -126,7 +126,8 @@ def _entries(answer: Conditions) -> list[Patch]:
 def _name_frequencies(axes: Axes, answer: Conditions, columns: int, dark: float) -> None:
     """Write the frequency (kHz) of the fastest mode into each cell, and how many grow if several.
 
-    A cell is dark above the growth rate `dark`, and its text white.
+    columns: how many columns of cells there are. A cell is dark above the growth rate `dark`, and
+    its text white.
     """
     for k, condition in enumerate(answer.conditions):
         if not condition.modes:

@@ -389,7 +389,10 @@ def _contact_changes(sweep: Sweep) -> list[tuple[float, str, str]]:
 
 
 def _onsets(sweep: Sweep, thresholds: Thresholds | None) -> dict[str, Artist]:
-    """Entries of a legend: from which value on the first `NAMED` modes grow."""
+    """Entries of a legend: from which value on the first `NAMED` modes grow.
+
+    They are read off the crossings of `thresholds`, else off the modes of the sweep.
+    """
     symbol = symbol_of(sweep.parameter)
     texts = []
     if thresholds is None:
