@@ -109,6 +109,7 @@ def judge_modes(
     roots = np.asarray(values, dtype=complex).reshape(-1)
     pieces = []
     for piece in band.pieces:
+        # whether some of its roots may have to be listed; `.all` below: whether all have to be
         if _overlap(piece, low, high, rate).some:
             pieces.append(piece)
     if len(roots) and not pieces:

@@ -257,7 +257,7 @@ class PadBranch:
         its spectral radius is to be `CONTRACTION` at the half width h. Friction is preferred unless
         another unknown allows cells that are 1.2 times as wide.
         """
-        point, state, direction = position
+        point, state, direction = position  # unknowns (4,) and tangent (4,), see `CurvePoint`
         J = np.zeros((3, 4))
         J_change = np.zeros((3, 4))
         for row, jet in enumerate(self.balance.jets(_along(point, direction), state)):

@@ -224,8 +224,8 @@ def equilibrium_near(balance: Balance, cell: Cell, t: float) -> Floats:
 def _newton(
     balance: Balance, guess: Floats, pivot: int, value: float, state: State
 ) -> tuple[Floats, Floats] | None:
-    """Newton's method with the pivot held at a value: an approximate equilibrium (4,) and Y
-    (3, 3), the inverse of the slopes by the other unknowns. None if it fails."""
+    """Newton's method from a guess (4,) with the pivot held at a value: an approximate equilibrium
+    (4,) and Y (3, 3), the inverse of the slopes by the other unknowns. None if it fails."""
     others = other_unknowns(pivot)
     point = guess.copy()
     point[pivot] = value
@@ -249,7 +249,7 @@ def _newton(
 def _taylor_polynomials(
     balance: Balance, point: Floats, pivot: int, half: float, state: State, Y: Floats
 ) -> tuple[Polynomial, ...]:
-    """Approximate Taylor polynomials (4) of the unknowns in t.
+    """Approximate Taylor polynomials (4) of the unknowns in t about a point (4,); Y (3, 3).
 
     Newton's method order by order: once F(P(t)) vanishes below an order, the coefficients of P
     of this order change by -Y times the coefficient of F(P(t)) of this order. Order 0 comes

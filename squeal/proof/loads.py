@@ -68,8 +68,9 @@ class Balance:
     def loads_and_slopes(self, point: Floats, state: State) -> tuple[Floats, Floats] | None:
         """Loads F (3,), two forces and a moment, and their slopes J (3, 4) by x, y, theta and mu.
 
-        In doubles, for Newton's method and tangents, which prove nothing. The gaps do not matter:
-        the contact state is the argument. None where a load is not finite.
+        point (4,): x, y, theta and mu. In doubles, for Newton's method and tangents, which prove
+        nothing. The gaps do not matter: the contact state is the argument. None where a load is not
+        finite.
         """
         unknowns = [Jet(v, unit) for v, unit in zip(point.tolist(), UNIT_SLOPES, strict=True)]
         touches = factors_of(state)

@@ -204,8 +204,8 @@ def _zeros_within(polynomial: Polynomial, low: float, high: float) -> list[_Zero
                 zeros.append(zero)
         separate: list[_Zero] = []
         for zero in sorted(zeros, key=lambda zero: zero.low):
-            # the ends of an interval are the doubles next to the zero: between two zeros that lie
-            # closer than that there is no double at which roots could be counted
+            # the ends of an interval are the doubles next to the zero: between two zeros whose
+            # intervals overlap there is hardly a double at which roots could be counted
             if separate and zero.low <= separate[-1].high:
                 before = separate.pop()
                 multiplicity = before.multiplicity + zero.multiplicity

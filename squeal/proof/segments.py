@@ -239,7 +239,8 @@ def _with_moving_vectors(
 
     Z makes S1 + [S0, Z] zero between columns (`docs/proof.md`, Ranges, 2), but for those that
     `stay_together` or are too near to each other: they keep their coupling in L. N bounds all else.
-    S0 and S1 are exact, without radii: how far the matrices are from S0 + d S1 is part of Q.
+    S0 and S1 are exact, without radii: how far the matrices are from S0 + d S1 is part of Q. mirror
+    (n,): the column that is conjugate to each, None of complex matrices.
     V = -d Z - d Z V, since (1 + d Z) (1 + V) = 1, so that d V [S0, Z] is -d^2 Z [S0, Z], a term of
     second order, and one of third.
     """
@@ -512,7 +513,7 @@ def imaginary_bounds(S: NearDiagonal, discs: MovingDiscs, half: float) -> list[I
 
     S is of real matrices, whose eigenvalues come in conjugate pairs: one alone in a disc, the
     mirror image of which meets no other disc, is real. Of two that share a part the discriminant
-    decides.
+    decides. half: half the width of the interval.
     """
     of_discs = _bounds_of_parts(S.centres.imag, S.speeds.imag, discs, half)
     is_own_image = _are_own_images(S, discs, half, S.centres.conj(), S.speeds.conj())
