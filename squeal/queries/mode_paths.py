@@ -220,8 +220,9 @@ def _join(path_of: dict[int, ComplexArray], losses: Sequence[Loss]) -> dict[int,
 
     path_of: by number the path (n,) of each mode that vibrates. It is changed in place: a joined
     path has the lower of both numbers, and the higher one is removed. The lower one belongs to the
-    value at which the modes of the sweep are numbered. Returns the lower number by the higher one:
-    {7: 2} where path 2 ended, and went on as path 7.
+    value at which the modes of the sweep are numbered. losses: the intervals of the parameter in
+    which paths end or begin. Returns the lower number by the higher one: {7: 2} where path 2 ended,
+    and went on as path 7.
     """
     lower: dict[int, int] = {}
     for loss in sorted(losses):

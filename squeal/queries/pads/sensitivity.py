@@ -75,7 +75,7 @@ def parameter_slopes(model: PadModel, q: Array, state: State, name: str) -> Para
         The parameter p.
     """
     pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
-    c = coefficients(dual, pad, model.law.absolute_gap)
+    c = coefficients(dual, pad, model.law.absolute_gap)  # dual numbers where they depend on p
 
     def load_slopes(position: Array, dq: Array, speed: complex | None = None) -> Array:
         """d loads / dp (3,) of the pad at a `position` (3,), which moves by dq (3,) per p.

@@ -459,7 +459,7 @@ class PadStack:
         """
         intervals = self._intervals(mu_max)
         grid = _friction_grid(intervals, mu_max)
-        pad = intervals.pad[grid.interval]
+        pad = intervals.pad[grid.interval]  # (k,), the pad of each point of the grid
         stability = self._judge(intervals, pad, grid.mu)
         # by the margin of pairs, and by that of real roots; both change grid and stability in place
         for margin_index in range(len(stability.margins)):
@@ -475,7 +475,7 @@ class PadStack:
         # nothing is to be bisected where a pad is unstable at mu = 0, its first point, or from a
         # change of contact on: stability is lost at this very value
         begins_at_change = intervals.begins_at_change[grid.interval[first]]
-        is_first_of_interval = grid.number[first] == 0
+        is_first_of_interval = grid.number[first] == 0  # numbers count within an interval
         is_located = is_first_of_interval & ((first_unstable == 0.0) | begins_at_change)
         last_stable = np.where(is_located, first_unstable, last_stable)
         # tolerance: two roundings of the largest mu, closer than which no value lies between

@@ -250,6 +250,7 @@ class _Search:
             needed = {}
             for side in SIDES:
                 cures = {**chosen, mode: side}
+                # infinite if no share up to `MOST` is enough
                 needed[side] = self._least_share([mode], cures, shares, [self.present], MOST)
             chosen[mode] = min(SIDES, key=needed.__getitem__)
             shares[mode] = needed[chosen[mode]]

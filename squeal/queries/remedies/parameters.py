@@ -303,7 +303,7 @@ class _Search:
         Directions in which no change stops all are left out. First comes the smallest with a
         margin, last those without one. Large changes are tried if no small one stops all.
         """
-        stopping = self.changed_brakes.stopping
+        stopping = self.changed_brakes.stopping  # of some changes those that stop all that grows
         least = _least_passing(self.directions, self.steps, stopping)
         if not least:
             self.steps = (*self.steps, *WIDE_STEPS)
@@ -371,7 +371,7 @@ class _Search:
         best: dict[str, tuple[float, Change]] = {}
         for direction in self.directions:
             for step in (0, *self.steps):
-                if step > direction.most:
+                if step > direction.most:  # so large changes of this parameter are not looked at
                     break
                 change = direction.times(step)
                 (roots,) = self.changed_brakes.roots([change])

@@ -156,7 +156,10 @@ class TreatedBrake:
         return Effect(self.spectrum, value, roots, loss)
 
     def _growing(self, value: float, treatment: Treatment) -> ComplexArray:
-        """The growing roots with Im >= 0 of the treated brake on the basis, rad/s."""
+        """The growing roots with Im >= 0 of the treated brake on the basis, rad/s.
+
+        value: of the free parameter.
+        """
         (M, C, K), nothing_damps = self._untreated(value)
         factors = treatment.factors  # (k,), one for each real mode behind growing modes
         U = np.array(self.modes.forces).T  # (n, k), their columns M x

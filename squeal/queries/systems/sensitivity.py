@@ -285,7 +285,8 @@ def _slopes_of_crossing(
     """For each change of the matrices the derivatives (2,) of a crossing: of the value of the free
     parameter, and of the frequency in Hz.
 
-    frozen: the system at the crossing; matrix_slopes: dM, dC and dK of each change, by its name.
+    null: P of the root on the imaginary axis, with its null vectors; frozen: the system at the
+    crossing; matrix_slopes: dM, dC and dK of each change, by its name.
     Where matrices follow the frequency, their derivatives by it are among `matrix_slopes`.
     """
     by_free_parameter = frozen.derivative(system.parameter)
@@ -304,6 +305,8 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     distance is not known, as where several modes cross at once or above the cutoff of reduced
     components, the interval becomes the whole range, and the thresholds are no longer certified.
     Proved thresholds keep their intervals, which hold for all data within the digits.
+
+    system: that of the file, as it was analysed.
     """
     assembly = file.assembly
     basis = None if assembly is None else assembly.reduction
