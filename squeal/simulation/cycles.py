@@ -299,6 +299,7 @@ class Shooting:
                 at_change, period = first_return
                 # start between two changes of contact, so that none falls on an end of the period
                 between = self.motion(at_change, 0.01 * period, value).end[:, 0]
+                # the second result of `solve`, the direction of the branch, is not needed
                 cycle, _ = self.solve(np.concatenate([between, [period, value]]))
                 return self._shortest(cycle), ""
         # `changes` and `speed` are those of the last window
