@@ -487,7 +487,7 @@ class _ReducedCrossing(NamedTuple):
 def _crossings_of_reduced(
     reduction: Reduction, name: str, values: Sequence[float], bordered: ScaledSystem | None
 ) -> Iterator[_ReducedCrossing]:
-    """The crossings of each frozen part of the reduced system."""
+    """The crossings of each frozen part of the reduced system, as `crossings_along` is called."""
     shortest = SHORTEST_STEP * (values[-1] - values[0])
     for part in _frozen_parts(reduction):
         reduced = part.path_reduction

@@ -627,6 +627,7 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
 
     basis = np.zeros((problem.n, 0))
     largest = scale  # |lambda| of the requested modes, as far as the subspaces reach
+    # each attempt starts from other random vectors, and adds its subspace to the basis
     for attempt in range(MOST_ATTEMPTS):
         rough = rough_roots_near(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, rough.vectors, dropped=1e-6)
@@ -634,7 +635,7 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
         is_slow = np.abs(values) < shift
         if np.any(is_slow):  # rough values do not tell zeros of free motions from slow modes
             slow = corrected_roots(problem, rough.factor, basis, Disc(shift))
-            if slow is None:
+            if slow is None:  # the corrections do not converge in this basis
                 continue
             values = np.append(slow.values, values[~is_slow])
         sizes = _sizes_of_modes(problem, values)  # |lambda| of a root of each mode, ascending

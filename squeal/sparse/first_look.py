@@ -458,7 +458,8 @@ class FirstLook(Reduction):
         """Roots of the projected problem next to some values (m,), with their errors.
 
         They come with corrections of their vectors in the full problem. The head of this module
-        derives both from the residuals R = P x and S = P^H y.
+        derives both from the residuals R = P x and S = P^H y. changes: the parameters that differ
+        from the system's own.
         """
         roots = self.roots(changes, values)
         problem = self.scaled.at(changes)
@@ -483,6 +484,7 @@ class FirstLook(Reduction):
         )
         return _ProjectedRoots(
             roots=roots,
+            # backward errors: `size` is |z|^2 |M| + |z| |C| + |K|
             residuals=np.linalg.norm(R, axis=0) / (problem.size(z) * np.linalg.norm(X, axis=0)),
             errors=bounds.errors,
             stay_on_axis=bounds.stay_on_axis & self.system.undamped,

@@ -366,6 +366,8 @@ def _rounding(problem: ScaledProblem, roots: Roots, residuals: Array, conditions
     (rad/s) of each root in place of the norm, and c = condition * |lambda| / scale. The scale also
     limits what it does for close roots: distances below error * scale count as error * scale, and
     no root moves further than 2 scale error^(1 / rows).
+
+    residuals (m,): backward errors of the m roots; conditions (m,): those of `_conditions`.
     """
     values = roots.values
     sizes = np.abs(values)

@@ -175,7 +175,7 @@ class Reduction:
         self._sketch = np.concatenate([self._sketch, sketch], axis=2)
 
     def sample(self, changes: Parameters, region: Rectangle, certify: bool = False) -> None:
-        """Add the modes of the full problem in a region at the parameters, some of them changed.
+        """Add the modes of the full problem in a region at the parameters, some with `changes`.
 
         If they are to be counted (`certify`), they are computed by Krylov subspaces. Otherwise the
         modes that the basis has are corrected, see `_corrected`; where that is not possible they

@@ -264,6 +264,7 @@ class _SweptStiffness:
             factor = factorise(K)
         except ZeroDivisionError:
             return False
+        # the directions outside of the basis, in which `contraction` is judged
         complement = Complement(basis, projected=basis.T @ (K @ basis), matrix=K, factor=factor)
         tried = [a, b, *(value for value in self._inner_values if a < value < b)]
         return all(complement.contraction(self.at(p)) < LARGEST_CONTRACTION for p in tried)
