@@ -193,7 +193,7 @@ def outline(
     sides = []
     pieces = []
     for k in range(4):
-        # both as (point, coordinate, square); edges k and k - 1 meet at corner k
+        # segments and pieces as (point, coordinate, square); edges k and k - 1 meet at corner k
         segment = np.array([changing_points[k], centre])[:, :, changes[k]]
         piece = np.array([corners[k], changing_points[k], centre, changing_points[k - 1]])
         segments.append(np.moveaxis(segment, -1, 0))

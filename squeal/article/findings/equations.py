@@ -148,6 +148,7 @@ def friction_arm(pad: Pad) -> Measured:
         """Friction's moment less h times friction, about a pose pressed in and tilted by 1e-3."""
         model = PadModel("B1", level)
         frictionless = PadModel("B1", level.replace(mu=0.0))
+        # pressed in by 1e-3 w and tilted by 1e-3, both times `scale`
         at = pose_of(np, (0.0, -scale * 1e-3 * pad.w, scale * 1e-3))
         loads = model.law.loads(model.c, at, FULL)
         normal_loads = frictionless.law.loads(frictionless.c, at, FULL)

@@ -160,7 +160,7 @@ class Start:
         options = {
             "bounds": [0.0, 1.0],  # of the unit cube
             "popsize": POPULATIONS[model],
-            "verbose": -9,
+            "verbose": -9,  # nothing is printed
             "seed": int(self.random.integers(1, 2**31)),
         }
         strategy = cma.CMAEvolutionStrategy(middle[free], WIDTH, options)

@@ -116,7 +116,7 @@ def edge_forces(
         leading = -on[0] * c.k3 * g[0] * (1.0 - a * rates[0])
         return leading, -on[1] * c.k4 * g[1] * (1.0 - a * rates[1])
     middle, half = touching_part(g[0], g[1], on)
-    share_of_face = half  # that touches: the half length of the face is 1
+    share_of_face = half  # the share that touches, as the half length of the face is 1
     if law.line_force == "mean":
         share_of_face = on[0] + on[1] - on[0] * on[1]  # 1 where anything touches
     leading = 0.0

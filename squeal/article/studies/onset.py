@@ -444,6 +444,7 @@ def decay(pad: Shooting, cycle: Cycle) -> float:
     multipliers, that of a shift in time (the nearest to 1) is left out.
     """
     random = np.random.default_rng(0).normal(size=6)
+    # 1e-6: small enough for a linear map, and far above the rounding of the simulation
     state = cycle.state + 1e-6 * np.abs(cycle.state).max() * random
     deviations = [state - cycle.state]
     for _ in range(24):
