@@ -74,14 +74,14 @@ def zero_columns_last(X: NDArray) -> tuple[NDArray, int]:
     """
     n = X.shape[1]
     scale = np.exp2(-np.round(np.log2(divisor(np.abs(X).max(axis=0)))))
-    reduced: NDArray = X * scale  # its largest entries are about 1
+    reduced: NDArray = X * scale  # the largest entry of each column is about 1
     if n <= EXACT_ROWS:
         reduced = np.vectorize(Fraction, otypes=[object])(reduced)
     rows: list[int] = []
     pivots: list[int] = []  # the column that each row of `rows` was solved for
     while len(rows) < min(X.shape):
         sizes = np.abs(reduced).astype(float)
-        sizes[rows] = 0.0  # these have their pivots
+        sizes[rows] = 0.0  # rows that have their pivots
         row, column = np.unravel_index(np.argmax(sizes), sizes.shape)
         if not sizes[row, column] > 4 * EPS * n:  # rounding may have left what remains
             break

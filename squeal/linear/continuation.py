@@ -265,7 +265,7 @@ class SpectrumAtParameter:
         Masks (m,) tell which z certainly stand for growing roots, and which possibly do.
         """
         z = self.z
-        rounding = 2 * self.rounding  # that of two which are close, see `close`
+        rounding = 2 * self.rounding  # as far as two roots count as close, see `close`
         per_root = np.ones(len(z))  # how many growing roots lambda each z stands for
         has_close_root = self.close.sum(axis=1) > 1
         if self.problem is DAMPED:

@@ -91,7 +91,8 @@ def invariants(entries: Sequence[Values], errors: Sequence[Values] | None = None
     sizes = [np.abs(x) for x in entries]
     relative_error: Values = ENTRY_ROUNDING
     if errors is not None:
-        # one share for all nine; a small entry with a great error counts as a larger one
+        # all nine entries get one relative error: a small entry with a great error counts as a
+        # larger entry
         relative_error = share_of_largest(np.array(errors), np.array(sizes))
         sizes = [np.maximum(x, e / relative_error) for x, e in zip(sizes, errors, strict=True)]
     d = entries[::4]  # the diagonal

@@ -221,7 +221,7 @@ def roots_near(
     count = len(block)
     mean = np.trace(block) / count
     mean_slope = np.trace(block_slope) / count
-    deviator = block - mean * np.eye(count)  # its square is d times the identity
+    deviator = block - mean * np.eye(count)  # the square of it is d times the identity
     deviator_slope = block_slope - mean_slope * np.eye(count)
     # a change of the block changes d by tr(deviator change) + tr(change^2) / 2. The errors of its
     # entries are independent: the squares of the first terms add up

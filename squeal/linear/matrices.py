@@ -307,6 +307,7 @@ def exact_rank(X: Array) -> int:
     about n over the prime.
     """
     mantissas, exponents = np.frexp(X)
+    # a mantissa of 53 bits, from 1/2 to 1, times 2^53 is a whole number
     integers = np.ldexp(mantissas, 53).astype(np.int64)
     # 2^31 is 1 modulo the prime 2^31 - 1: of an exponent its remainder by 31 suffices
     powers = np.left_shift(np.int64(1), (exponents.astype(np.int64) - 53) % 31)

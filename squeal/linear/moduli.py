@@ -244,7 +244,7 @@ class Modulus:
             if loss.value < 0.0:
                 raise _negative(self.loss, loss.value, parameters)
         if self.table:
-            # both with their slope by the frequency
+            # storage modulus and loss factor, with their slopes by the frequency
             storage, loss = self.table(parameters["frequency"])
             if name != "frequency":
                 storage = Dual(storage.value, 0.0)

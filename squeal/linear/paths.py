@@ -155,6 +155,7 @@ def _keeps_order(step: Step, pair: list[int], order: Indices) -> bool | None:
     later_difference = np.diff(step.after.z[later])
     later_slope = np.diff(step.after.slopes[later]) * length
     square = hermite_cubic(*squared_ends([difference, slope, later_difference, later_slope]))
+    # of the cubic at 17 points of the step
     angles = np.unwrap(np.angle(np.polyval(square[::-1], np.linspace(0, 1, 17))))
     if not np.ptp(angles) < np.pi / 2:
         return None

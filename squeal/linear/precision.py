@@ -110,6 +110,7 @@ def precision_of_decimals(matrix: Matrix, decimals: int) -> Precision:
     errors = _errors(matrix, half_unit)
     sizes = np.abs(csc_array(matrix).data)
     smallest = sizes[sizes > 0.0].min() if sizes.any() else 1.0
+    # 1e-9: the logarithm of a power of ten may be rounded to just below a whole number
     return Precision(int(np.log10(smallest / unit) + 1e-9) + 1, errors)
 
 

@@ -147,7 +147,8 @@ def _search(continuation: Continuation) -> SearchResult:
     # how many steps are taken first, and how many values in all may be computed
     count, budget = _affordable(continuation.size)
     values = [low]
-    for k in range(1, count):  # uneven, as thresholds often lie at round numbers
+    # uneven, by 4 to 11 per cent of a step, as thresholds often lie at round numbers
+    for k in range(1, count):
         values.append(low + (k + 0.0371 * (1 + k % 3)) / count * (high - low))
     values.append(high)
     continuation.prepare(values)
@@ -512,6 +513,7 @@ class _AdaptiveRefinement:
             return 0
 
         low, high = limits
+        # values 1e-7 of the range away from a and b are tried first
         bracket = bracket_by_sign(sign, at=(a, b), half=1e-7 * self.range, low=low, high=high)
         if bracket is not None:
             low, high, _ = bracket

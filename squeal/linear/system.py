@@ -146,7 +146,7 @@ class System:
             vars(self).update(parts, labels=tuple(labels) or labels_of_frames)
             self._complete_parameters()
             self._check_terms()
-            if from_terms:  # these are taken with all their rows
+            if from_terms:  # terms are taken with all their rows
                 return
             reduced, supports = without_supports(self)
         others = self.parameters.keys() - {parameter}
