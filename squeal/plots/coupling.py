@@ -442,5 +442,5 @@ def _name_growing(axes: Axes, roots: _Roots, numbered: bool) -> None:
         up = 4 if y <= 0.95 * top else -4
         if growth < 0.2 * right:  # there is room to the right of the root
             write_beside(axes, text, (growth, y), (2, up), **NAME)
-        else:  # it ends at the right edge
+        else:  # the text ends at the right edge
             write_beside(axes, text, (right, y), (-2, up), **NAME)

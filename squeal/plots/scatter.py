@@ -17,7 +17,7 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
     Samples without a threshold in the range are missing from the histogram, and keep the share
     below 1. Sobol indices, where they were computed, stand below both.
     """
-    of_growth = scatter.of == "growth"  # else of the critical friction
+    of_growth = scatter.of == "growth"  # otherwise samples are of the critical friction
     if of_growth:
         limit = 0.0
         limit_name = "stability limit"
