@@ -265,7 +265,8 @@ class PadBranch:
                 value, change = taylor_coefficients(slope, count=2)
                 J[row, column] = float(value.mid())
                 J_change[row, column] = float(change.mid())
-        # half the width of a cell that ends just beyond the highest friction; above 0 also there
+        # half the width of a cell that ends just beyond the highest friction: 0.51, not 0.5, of the
+        # friction that is left. With NARROWEST it is above 0 also at the highest friction
         to_end = np.inf
         if direction[FRICTION] > 0.0:
             friction_left = max(self.high - point[FRICTION], 0.0)

@@ -229,7 +229,7 @@ def _newton(
     others = other_unknowns(pivot)
     point = guess.copy()
     point[pivot] = value
-    for _ in range(12):
+    for _ in range(12):  # quadratic convergence from a close guess takes fewer steps
         evaluated = balance.loads_and_slopes(point, state)
         if evaluated is None:
             return None

@@ -57,7 +57,7 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
     if polynomial.degree() < 0:
         return Failure(SINGULAR)
     with flint.ctx.workprec(PRECISION):
-        # its roots are lambda / 2^time_exponent, in rad/s
+        # the roots of the polynomial are lambda / 2^time_exponent, lambda in rad/s
         return pieces_of_polynomial(polynomial, flint.arb(2) ** time_exponent)
 
 

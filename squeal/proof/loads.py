@@ -79,7 +79,7 @@ class Balance:
             loads = net_loads(Doubles, c, self.model.law, tuple(unknowns[:FRICTION]), touches)
         except (ArithmeticError, ValueError):  # a pole, or a root of a negative number
             return None
-        jets = [Jet.of(load) for load in loads]  # one that no unknown moves is a number
+        jets = [Jet.of(load) for load in loads]  # a load that no unknown moves is a plain number
         F = np.array([jet.value for jet in jets], dtype=float)
         J = np.array([jet.slopes for jet in jets], dtype=float)
         if not (np.isfinite(F).all() and np.isfinite(J).all()):

@@ -408,7 +408,7 @@ class _BranchComparison:
             sign_of_pairs = _sign_within(signs_of_pairs, left, right)
             det_K_is_open = sign_of_det_K == 0
             if sign_of_det_K and sign_of_pairs:
-                # one count holds for the whole part, so that it is taken in the middle
+                # one count holds for the whole part, so that roots are counted in its middle
                 middle = flint.arb((left + right) / 2.0)
                 values = [coefficient(middle) for coefficient in coefficients]
                 count = _growing_count(values, sign_of_pairs, is_damped)
@@ -620,8 +620,8 @@ def _growing_count(values: Sequence[Ball], sign_of_pairs: int, is_damped: bool) 
     if is_damped:
         return _count_in_right_half_plane(values)
     if sign_of_pairs < 0:
-        # one s is real, two are conjugate; its sign is that of the product of all three, -d / a of
-        # a s^3 + b s^2 + c s + d
+        # one s is real, two are conjugate; the sign of the real one is that of the product of all
+        # three, -d / a of a s^3 + b s^2 + c s + d
         sign_of_real = values[0] * -values[3]
         if sign_of_real.contains(0):
             return None

@@ -335,7 +335,7 @@ def _common_roots(even: Polynomial, second: Polynomial) -> list[Ball] | None:
             sizes = [abs(root) for root in polynomial.complex_roots()]
             smallest = min([size.mid() for size in sizes if not size.contains(0)], default=1)
             roots = polynomial.complex_roots(tol=ROOT_ERROR * smallest)
-        except ValueError:  # they are not isolated
+        except ValueError:  # the roots are not isolated
             continue
         return [root for root in roots if other(root).contains(0)]
     return None

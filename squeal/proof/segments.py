@@ -101,7 +101,8 @@ def bases(A: NDArray, B: NDArray) -> Iterator[Basis]:
     for chain in find_chains(A, B, values, X):
         partners = mirror[chain.members]
         if not np.iscomplexobj(chain.basis):
-            if not np.isin(partners, chain.members).all():  # it needs the conjugate of each member
+            # a real basis needs the conjugate of each member
+            if not np.isin(partners, chain.members).all():
                 continue
             mirror[chain.members] = chain.members  # which the real columns of the basis replace
             X = chain.put_into(X)
@@ -269,7 +270,7 @@ def _with_moving_vectors(
     # (1 + V) Q (1 + d Z) = Q + (1 + V) (Q d Z - d Z Q), as of any matrix
     moved_Q = Q @ dZ_bound + dZ_bound @ Q
     N = Q + first_order + second_order + third_order + moved_Q + V_bound @ moved_Q
-    return L, upper(N, 8 * len(Q) + 16)
+    return L, upper(N, 8 * len(Q) + 16)  # more terms than any entry of N sums
 
 
 def _structured(W: NDArray, mirror: NDArray[np.intp] | None) -> NDArray:
