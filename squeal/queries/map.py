@@ -178,6 +178,6 @@ def _verdict_and_growth(
         growth = float(roots.real.max())
     if reduction is None:
         verdict = verdict_of(roots, rounding)
-    else:  # it may lack roots: without a growing one nothing is decided
+    else:  # a reduced system may lack roots: without a growing one nothing is decided
         verdict = verdict_of_some(roots, rounding) or UNCOUNTED
     return verdict, growth

@@ -232,7 +232,7 @@ def _join(path_of: dict[int, ComplexArray], losses: Sequence[Loss]) -> dict[int,
         for other in losses:
             if other.kind == "end" and other.low <= loss.low <= other.high:
                 ended += [lower.get(mode, mode) for mode in other.modes]
-        # of both the modes that vibrate
+        # the modes that vibrate, of those that end and of those that begin
         ended = [mode for mode in ended if mode in path_of]
         begun = [mode for mode in loss.modes if mode in path_of]
         if not ended or not begun:

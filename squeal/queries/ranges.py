@@ -510,7 +510,7 @@ def _terms_in_balls(system: TermSystem) -> Terms:
     for terms in system.balanced.parts:
         part: list[Term] = []
         for term in terms:
-            part += _terms(term, system)  # one, or two of a factor with a loss
+            part += _terms(term, system)  # one term, or two if the factor has a loss
         parts.append(part)
     M, C, K = parts
     return Terms(M, C, K, HALF_ULP)

@@ -171,7 +171,7 @@ def _system_sweep(analysis: SystemAnalysis, values: Sequence[float], method: str
     if method != "full":
         reduction = analysis.reduced(values, method, most=BASIS_VALUES)
         if isinstance(reduction, FirstLook) and not reduction.is_complete:
-            reduction = None  # it may lack roots: the system itself is solved
+            reduction = None  # a basis may lack roots: the system itself is solved
     steps, losses, reference = track_modes(analysis.file, analysis.selection, values, reduction)
     return Sweep(
         name=system.name,

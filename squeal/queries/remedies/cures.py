@@ -221,7 +221,8 @@ class _Search:
         confirmed = self._confirm(cures)
         if confirmed is None:
             return
-        of_both = self.confirmed.get(Cure.BOTH)  # None while damping of both itself is added
+        # None while damping of both itself is added
+        of_both = self.confirmed.get(Cure.BOTH)
         is_damping = Cure.APART not in cures.values()
         if is_damping and of_both is not None and not of_both.at_present_alone:
             holds_as_far = not confirmed.at_present_alone and confirmed.end >= of_both.end

@@ -198,7 +198,8 @@ class RealModes:
         is_upper = abs(omega - upper) <= SAME * upper
         is_lower = abs(omega - lower) <= SAME * lower
         members = np.flatnonzero(is_lower | is_upper)
-        if is_upper[lowest]:  # both have one frequency, or one was chosen: there is no upper one
+        # two modes of one frequency, or a single mode, was chosen: there is no upper one
+        if is_upper[lowest]:
             is_upper = np.zeros(len(omega), dtype=bool)
         return Meeting(
             omega=omega[members],

@@ -57,8 +57,9 @@ def roots_of_all(
     # `balanced`: the roots are the same, in units of rows in which rounding hides less
     roots = dense_values(*system.balanced.arrays(changes))
     if not system.real:
-        # else a real root that rounding puts below the real axis would be left out. The rounding
-        # `undamped` is the greater one, which also holds for two real roots that nearly coincide
+        # a real root that rounding puts below the real axis would be left out otherwise. Rounding
+        # with `undamped` is the greater one, which also holds for two real roots that nearly
+        # coincide
         is_real = np.abs(roots.imag) <= assumed_rounding(roots, undamped=True)
         roots = np.where(is_real, roots.real, roots)
         roots = roots[roots.imag >= 0.0]

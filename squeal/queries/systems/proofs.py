@@ -499,7 +499,8 @@ def _with_bounds_of(root: Eigenvalue, match: tuple[Piece, ...]) -> Eigenvalue:
     if root.rounding < math.inf:
         rounding = max(root.rounding, distance)
     sense = 0
-    if not (root.decides and abs(growth_of(value)) > rounding):  # else the root shows it itself
+    # otherwise the root itself shows whether it grows
+    if not (root.decides and abs(growth_of(value)) > rounding):
         sides = {piece.side for piece in match}
         sense = int(sides == {"grows"}) - int(sides == {"decays"})
     return replace(root, value=value, rounding=rounding, error=error, proved_sense=sense)

@@ -173,7 +173,7 @@ def system_thresholds(
     located = _without_vague_certificate(located, system.parameter, high - low)
     at_start = roots({system.parameter: low})
     doubts: list[str] = []
-    if located.certified is not None:  # else nothing was counted, which needs no reason
+    if located.certified is not None:  # if nothing was counted no reason is needed
         doubts = [*located.doubts, *located.unconfirmed]
     answer = Thresholds(
         name=system.name,
