@@ -209,7 +209,8 @@ def count_roots(
             step = finest // count
             indices = np.arange(step // 2 if is_mirrored else 0, finest, step)
             computed = indices[: count // 2] if is_mirrored else indices
-            new = computed[np.isnan(logarithms[computed])]  # others come from coarser circles
+            # the other nodes come from coarser circles
+            new = computed[np.isnan(logarithms[computed])]
             # two chains for two workers, whatever their number
             chains = [new[::2], new[1::2]]
             list(side_by_side(compute, [single, single], chains, [reusable, None]))

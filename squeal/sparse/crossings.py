@@ -722,7 +722,8 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
         value = crossing.value
         omega = crossing.omega
     else:  # after the last step: none has converged, and none has failed
-        # terms that cancel round more than their sum: such steps do not shrink any further
+        # terms that cancel round more than their sum: such steps do not shrink any further. Their
+        # size, with a margin of 16, is added to the interval
         if change <= STAGNANT_STEP * abs(value):
             low, high = crossing.interval
             return replace(crossing, interval=(low - 16 * change, high + 16 * change))

@@ -297,7 +297,8 @@ def _null_vectors(P: ComplexArray, count: int) -> tuple[ComplexArray, ComplexArr
         y = solve(x, adjoint=True)
     if count > 1:
         residuals = np.linalg.norm(P @ x, axis=0)  # the singular values, the least one first
-        # one far above the least, and above 1e-6 of |P|, does not vanish: its vector is no mode
+        # a singular value far above the least, and above 1e-6 of |P|, does not vanish: its vector
+        # is no mode
         is_no_mode = residuals > max(100 * residuals[0], 1e-6 * norm_of(P))
         x[:, is_no_mode] = x[:, :1]
         y[:, is_no_mode] = y[:, :1]

@@ -630,7 +630,7 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
     # each attempt starts from other random vectors, and adds its subspace to the basis
     for attempt in range(MOST_ATTEMPTS):
         rough = rough_roots_near(problem, complex(shift), scale, enough, seed=attempt)
-        basis = enlarged(basis, rough.vectors, dropped=1e-6)
+        basis = enlarged(basis, rough.vectors, dropped=1e-6)  # less is error of the rough vectors
         values = rough.values
         is_slow = np.abs(values) < shift
         if np.any(is_slow):  # rough values do not tell zeros of free motions from slow modes

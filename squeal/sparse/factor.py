@@ -153,6 +153,7 @@ class _Pardiso(Factor):
         self._starts = columns_sorted.indptr.astype(np.int32)
         self._indices = columns_sorted.indices.astype(np.int32)
         self._is_solving = Lock()  # one thread at a time
+        # PARDISO's own arrays have 64 entries each
         self._memory = np.zeros(64, np.int64)  # zeros: none was handed out yet
         self._control = np.zeros(64, np.int32)
         is_single = self.dtype in (np.float32, np.complex64)
@@ -198,7 +199,7 @@ class _Pardiso(Factor):
             np.zeros(self._n, np.int32),  # no ordering is prescribed
             rhs.shape[1] if rhs.ndim == 2 else 1,
             self._control,
-            0,  # it prints nothing
+            0,  # PARDISO prints nothing
             rhs,
             solution,
             error,

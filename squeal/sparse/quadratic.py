@@ -373,8 +373,8 @@ def _rounding(problem: ScaledProblem, roots: Roots, residuals: Array, conditions
     sizes = np.abs(values)
     errors = np.maximum(residuals, LEAST_BACKWARD_ERROR)
     moves_alone = _moves_alone(problem, roots.right)
-    # of these each right vector is a left one, too; the computed left one is another mixture of the
-    # vectors of close roots, by which y^H P'(z) x may be too small
+    # each right vector of a root that moves alone is a left one, too; the computed left one is
+    # another mixture of the vectors of close roots, by which y^H P'(z) x may be too small
     of_right = _conditions(problem, Roots(values, roots.right, roots.right))
     conditions = np.where(moves_alone, of_right, conditions)
     scales = _scales(problem, sizes, errors)

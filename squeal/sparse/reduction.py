@@ -168,7 +168,7 @@ class Reduction:
         # `mapped` asks for the terms of M, of C, then of K: the order of `self._matrices`
         self.system = self.scaled.system.mapped(
             lambda term: Term(next(reduced), term.factor),
-            labels=(),  # those of the full system are of its rows
+            labels=(),  # the labels of the full system name its rows, not basis vectors
         )
         # the residuals' sketch: random vectors times each full matrix, times the new vectors
         sketch = np.array([images.T @ new for images in self._probed])

@@ -89,7 +89,8 @@ def singular_stiffness(
         shortest = edge if sign_changes else SHORTEST_PART * span
         is_last = b - a <= shortest or len(parts) >= MOST_PARTS  # the part is not halved
         crossing = None
-        if sign_changes or is_last:  # else the search may be in vain, and halving is cheaper
+        # otherwise a search may be in vain, and halving is cheaper
+        if sign_changes or is_last:
             crossing = singular_between(stiffness, a, b, edge)
         # a crossing that was not located before
         if crossing and all(abs(crossing.value - other.value) > edge for other in crossings):
