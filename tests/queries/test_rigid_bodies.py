@@ -95,6 +95,13 @@ def test_follower_forces_on_a_free_chain_begin_no_growth_at_zero():
     assert (full.verdict, full.certified) == (None, True)
 
 
+def test_conditions_of_a_band_that_holds_zero_roots_alone_have_no_modes():
+    """The first elastic mode of the chain has 5.6 Hz; a first look knows no vectors of zeros."""
+    forces = entries([1.0, -1.0], [3, 3], [0, 1], "mu")
+    found = squeal.conditions(chains(more=(forces,)), {"mu": [0.1, 0.2]}, band=(0.0, 3.0))
+    assert [(one.reason, one.rows) for one in found.conditions] == [(None, ())] * 2
+
+
 @pytest.mark.parametrize(("drive", "verdict"), [(0.0, "marginal"), (20.0, "flutter")])
 def test_a_chart_of_a_small_free_body_is_marginal_unless_it_is_driven(drive, verdict):
     """A negative damper between the ends drives them where the passive one does not suffice."""

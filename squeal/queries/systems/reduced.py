@@ -199,12 +199,14 @@ def roots_of_reduction(reduction: Reduction, changes: Parameters) -> ComputedRoo
 def estimated_roots(reduction: Reduction, changes: Parameters) -> tuple[Eigenvalue, ...]:
     """The roots of a reduced system at some parameters, by rising frequency.
 
-    Their right vectors are in its coordinates.
+    Their right vectors are in its coordinates. Zero roots of rigid bodies, which have none in a
+    first look, get that of the nearest other root, or zeros if there is no other root.
     """
     roots = roots_of_reduction(reduction, changes)
     right = roots.with_vectors.right
-    if roots.corrected is not None:
-        # of a first look fewer roots have vectors: the others get that of the nearest one
+    if not right.size:
+        right = np.full((len(right), len(roots.values)), 0j)
+    elif roots.corrected is not None:
         distances = np.abs(roots.with_vectors.values[:, None] - roots.values)
         right = right[:, np.argmin(distances, axis=0)]
     order = ordered(roots.values)
