@@ -41,7 +41,7 @@ def damped_verdicts(A: Array, B: Array, relative_error: float | Array = ENTRY_RO
     # number of rows, moves a triple root by its cube root
     share = (2 * matrices.shape[-1] * relative_errors) ** (1 / 3)
     rounding = norm * share[:, None]
-    fastest = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
+    fastest = values[np.arange(len(values)), values.real.argmax(axis=-1)]  # of each system
     codes = np.where(fastest.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[fastest.real < 0.0] = STABLE
     # near the imaginary axis, or growing so near to the real one that it may be a real root
