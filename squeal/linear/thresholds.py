@@ -191,7 +191,7 @@ def _points_at_jump(
         kind = after
         unstable = above
     omega = _leading_omega(unstable) if unstable.verdict == "flutter" else 0.0
-    hertz = omega / (2 * math.pi)
+    hertz = omega / math.tau
     return [CriticalPoint(mu, kind, hertz, interval=(mu, mu), converged=True)]
 
 
@@ -583,7 +583,7 @@ def _critical_point(
     return CriticalPoint(
         mu=float(change.value),
         kind=kind,
-        frequency_hz=omega / (2 * math.pi),
+        frequency_hz=omega / math.tau,
         interval=(float(low), float(high)),
         converged=converged,
         residual=residual,

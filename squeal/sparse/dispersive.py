@@ -14,6 +14,7 @@ of roots of which that is not so is reported as `unsure`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
@@ -81,15 +82,15 @@ def frequencies(system: System, region: Rectangle) -> Array:
     low = max(region.low_imag, 0.0)
     high = region.high_imag
     least, most = system.covered
-    low_hz = low / (2 * np.pi)
-    high_hz = high / (2 * np.pi)
-    # an end that differs from that of the tables by rounding of the unit alone is covered
+    low_hz = low / math.tau
+    high_hz = high / math.tau
+    # an end that differs from that of the tables by rounding alone, as of rad/s to Hz, is covered
     if low_hz < least * (1 - 1e-9) or high_hz > most * (1 + 1e-9):
         raise InputError(
             f"{', '.join(_tables(system))}: {least:g} to {most:g} Hz are covered; "
             f"{low_hz:g} to {high_hz:g} Hz are needed"
         )
-    return np.clip(np.linspace(low, high, FROZEN_FREQUENCIES), 2 * np.pi * least, 2 * np.pi * most)
+    return np.clip(np.linspace(low, high, FROZEN_FREQUENCIES), math.tau * least, math.tau * most)
 
 
 def _tables(system: System) -> list[str]:
