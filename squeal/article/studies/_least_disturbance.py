@@ -108,8 +108,8 @@ def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None
         candidates = best / length + width * random.normal(size=(CANDIDATES, len(best)))
         candidates[0] = best
         candidates /= np.linalg.norm(candidates, axis=1)[:, None]
-        # each is shorter than the best by its share in `SHORTER`; at small widths, where directions
-        # hardly change, by less in proportion
+        # each is shorter than the best by its share in `SHORTER`; at widths below 1/6, where
+        # directions hardly change, by less in proportion
         length_factors = 1.0 - min(1.0, 6.0 * width) * SHORTER
         candidates *= length * length_factors[:, None]
         lasting = lasts(pad, candidates @ columns.T)
