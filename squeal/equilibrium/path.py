@@ -217,7 +217,7 @@ class Path:
         Along the branch mu is a parabola, mu = top - curvature s^2 / 2 of slope -curvature s, so
         that top - mu = slope^2 / (2 curvature). Both come from the tangents at two points.
         """
-        ahead = 1e-4 * np.abs(z).max()
+        ahead = 1e-4 * np.abs(z).max()  # distance of the second point, along the tangent
 
         def tangent_at(z: np.ndarray) -> np.ndarray:
             """The unit null vector (4,) of the balance at z, of either sign."""
