@@ -447,6 +447,7 @@ class _AdaptiveRefinement:
         that. A value is passed over if rounding leaves its count uncertain and this count does not
         lie between those at a and b.
         """
+        # from the interval of an event, and from a and b
         clearance = max(1e-10 * self.range, _resolution(a, b))
         fewer, more = self._counts_at_ends(a, b)
         candidates = [a + DIVISION_SHARE * (b - a)]
@@ -695,8 +696,7 @@ def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
         yield "the search ran out of values, or a factor bends too much between two of them"
     widest = WIDEST_INTERVAL * (continuation.high - continuation.low)
     for k, cluster in enumerate(result.clusters):
-        below = counts[k].growing_roots
-        if not counts_consistent(cluster, below, counts[k + 1].growing_roots):
+        if not counts_consistent(cluster, counts[k].growing_roots, counts[k + 1].growing_roots):
             yield f"what grows changes otherwise than by what crosses at {cluster[0].value:.9g}"
         for event in cluster:
             if event.width > widest:
