@@ -42,10 +42,11 @@ def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
     modes = _dynamic_modes(samples)
     if modes is None:
         return None
-    factors, strengths = modes
+    factors, strengths = modes  # (r,) each, of the components of the motion
     with np.errstate(divide="ignore"):
         exponents = np.log(factors.astype(complex)) / step  # factor = exp(lambda step)
-    # a factor of 0, of what is gone after one step, has no finite exponent
+    # components weaker than a tenth of the strongest do not count. A factor of 0, of what is gone
+    # after one step, has no finite exponent
     is_strong = (strengths >= 0.1 * strengths.max()) & np.isfinite(exponents)
     if not is_strong.any():
         return None
