@@ -154,6 +154,7 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
         is_real = square.imag == 0  # exactly: FLINT gives a real root no imaginary part
         if is_real and square.real < 0:
             size = (-square.real).sqrt()
+            # lambda = +-i size: the real part is zero, and no root is real
             pair = [_piece(size * 0, size, "axis", False), _piece(size * 0, -size, "axis", False)]
         else:
             # the principal root, whose real part is positive, exactly real if its square is

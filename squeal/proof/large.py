@@ -456,12 +456,13 @@ def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
         shift = margin * sigma
         shifts = diags_array(shift * form.diagonal)
         sizes = np.abs(form.T.diagonal()) + shift * form.diagonal
+        # of the entries: that of T, and the rounding of the sums on the diagonal
         doubt = csc_array(form.doubt + diags_array(4.0 * EPS * sizes))
         above = _inertia(csc_array(form.T + shifts), doubt, form.weights)
         below = _inertia(csc_array(form.T - shifts), doubt, form.weights)
         if above is None or below is None:
             continue
-        gap = (shift - max(above.error, below.error)) * (1.0 - 8.0 * EPS)
+        gap = (shift - max(above.error, below.error)) * (1.0 - 8.0 * EPS)  # rounded down
         if gap > 0.0 and above.negative == below.negative:
             return _InertiaOfAll(above.negative, gap)
     return None

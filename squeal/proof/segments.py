@@ -388,12 +388,13 @@ def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> lis
     bounds = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
     is_own_image = np.zeros(len(discs.parts), dtype=bool)
     if is_hamiltonian:
+        # the image of lambda in the imaginary axis is -conj(lambda)
         is_own_image = _are_own_images(S, discs, half, -S.centres.conj(), -S.speeds.conj())
     tallies = []
     for is_on_axis, part, (low, high) in zip(is_own_image, discs.parts, bounds, strict=True):
         tally = _tally(len(part), low, high)
         if is_on_axis and len(part) == 1:
-            tally = Tally(1, 0.0, 0.0, "axis")
+            tally = Tally(1, 0.0, 0.0, "axis")  # one root, its real part from 0 to 0
         tallies.append([tally])
     return tallies
 
