@@ -153,7 +153,7 @@ class Grid:
         counted_steps = read
         if since is not None:
             begin = since[self.steps.motion]
-            counts = self.t >= begin - 1e-12 * np.abs(begin)
+            counts = self.t >= begin - 1e-12 * np.abs(begin)  # a time counts despite its rounding
             counted_samples = np.where(counts, read, np.nan)
             # whole steps: the sample on the other side of a peak may lie before `since`
             counted_steps = np.where(counts.any(axis=0), read, np.nan)
