@@ -94,7 +94,7 @@ def pad_of(n: Numbers, model: str, angles: tuple[Any, Any]) -> Pad:
         parameters[name] = n[name]
     # `inertia` is relative to that of a homogeneous rectangle, m (w^2 + h^2) / 3
     parameters["I"] = n["inertia"] * (1.0 + n["h"] ** 2) / 3.0
-    # in units of F_n / (k1 w), which with k1 = w = 1 is F_n
+    # `tilt` counts in F_n / (k1 w), which with k1 = w = 1 is F_n
     parameters["theta0"] = np.copysign(beyond_level, n["tilt"]) * n["F_n"]
     parameters["alpha1"], parameters["alpha2"] = angles
     if law.absolute_gap:

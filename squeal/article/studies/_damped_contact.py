@@ -458,7 +458,7 @@ class Flow:
         # the state is followed by its derivatives, 1 by the start and 0 by the parameters
         ta.state[:6] = state
         ta.state[6:] = self._first_derivatives.ravel()
-        ta.reset_cooldowns()  # of events: one just seen in the last motion may come at once in this
+        ta.reset_cooldowns()  # else events soon after one of the last motion would be ignored
         outcome, *_ = ta.propagate_until(time)
         if outcome != heyoka().hy.taylor_outcome.time_limit:
             raise ComputationError("the motion is not finite")
