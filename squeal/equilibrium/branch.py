@@ -362,7 +362,7 @@ class _Front(NamedTuple):
                 return statics.fold_step(z, touching)
             return statics.surface_step(z, touching, conditions)
 
-        displacement_under_load = 1.0 / self.scale[0]  # x, y and w theta are scaled to it
+        displacement_under_load = 1.0 / self.scale[0]  # to which x, y and w theta are scaled
         z, derivatives, converged = newton(step_from, start, unit=displacement_under_load)
         with np.errstate(all="ignore"):
             # scaled dz . ahead = 1: of the two senses of a tangent the one that goes on ahead
@@ -411,7 +411,7 @@ class _Front(NamedTuple):
         fold : bool
             Whether folds are located, or the other events.
         """
-        passed = self._passed_on(curve, fold)  # at shares (k,): which events (events, k)
+        passed = self._passed_on(curve, fold)  # which events (events, k) at shares (k,)
         before = low
         after = high
         for _ in range(HALVINGS):
