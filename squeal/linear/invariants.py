@@ -149,8 +149,8 @@ def _discriminant(
         The relative error of a term for each of its factors.
     """
     mean = trace.value / 3
-    # bounds the error of an entry x - mean of the deviator: half of it that of x, a third that of
-    # the mean
+    # this bounds the error of an entry x - mean of the deviator: x is off by at most half of it,
+    # and the mean by a third
     error = trace.bound
     e = [x - mean for x in diagonal]  # the diagonal of the deviator
     E = [np.abs(x) for x in e]

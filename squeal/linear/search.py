@@ -447,7 +447,7 @@ class _AdaptiveRefinement:
         that. A value is passed over if rounding leaves its count uncertain and this count does not
         lie between those at a and b.
         """
-        # from the interval of an event, and from a and b
+        # the least distance of the point from the interval of an event, and from a and b
         clearance = max(1e-10 * self.range, _resolution(a, b))
         fewer, more = self._counts_at_ends(a, b)
         candidates = [a + DIVISION_SHARE * (b - a)]

@@ -103,8 +103,9 @@ def is_crowded(step: Step) -> bool:
 
 
 def _is_crowded(spectrum: SpectrumAtParameter, length: float) -> bool:
-    """As `is_crowded`, from the spectrum at one end of a step; length: to its other end, negative
-    from the end to the start.
+    """As `is_crowded`, from the spectrum at one end of a step.
+
+    length: how far the other end is, below 0 from the later end.
 
     At a distance x into the step two roots differ by u + x v without coupling: u is their
     difference at this end, v that of their slopes. Coupling adds x^2 W_kl W_lk to the square of
