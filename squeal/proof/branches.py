@@ -316,7 +316,7 @@ class PadBranch:
         if tangent is None:
             return None
         gap = self.balance.gaps(_along(point, tangent))[changed]
-        # of the gap at point + s tangent: its coefficient of s
+        # the coefficient of s in the gap at point + s tangent
         gap_slope = float(taylor_coefficients(gap, 2)[1].mid())
         if gap_slope == 0.0:
             return None

@@ -152,7 +152,7 @@ def cell_around(
                 for j, unknown in enumerate(others):
                     product = _linear_combination(row, [slopes[k][unknown] for k in range(3)])
                     contraction[i, j] = _absolute_bound(int(i == j) - product)
-            image = upper(residuals + contraction @ box, 8)  # 4 terms, and some to spare
+            image = upper(residuals + contraction @ box, 8)  # 8 is more than its 4 terms
             if np.all(image < box):
                 radii_of_image = np.zeros(4)
                 radii_of_image[others] = image

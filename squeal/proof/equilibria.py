@@ -163,7 +163,7 @@ class _Neighbourhood:
         C = flint.arb_mat(3, 3)
         coefficients = self.balance.c
         if self.balance.fall is not None:
-            share, rate = self.balance.fall  # b and r
+            share, rate = self.balance.fall  # b and r of the docstring
             for i, load in enumerate(loads):
                 C[i, 0] = -flint.arb(load.slopes[FRICTION]) * coefficients.mu * share * rate
         pose = pose_of(Functions, tuple(box))

@@ -456,7 +456,7 @@ def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
         shift = margin * sigma
         shifts = diags_array(shift * form.diagonal)
         sizes = np.abs(form.T.diagonal()) + shift * form.diagonal
-        # of the entries: that of T, and the rounding of the sums on the diagonal
+        # how far entries may be off: by the doubt of T, and by rounding of sums on the diagonal
         doubt = csc_array(form.doubt + diags_array(4.0 * EPS * sizes))
         above = _inertia(csc_array(form.T + shifts), doubt, form.weights)
         below = _inertia(csc_array(form.T - shifts), doubt, form.weights)

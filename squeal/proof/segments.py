@@ -381,8 +381,8 @@ def tallies_of_values(S: NearDiagonal, half: float, is_hamiltonian: bool) -> lis
     part of one root that equals its own mirror image holds the image of that root, so that the root
     lies on the axis. Of a part of several roots this says nothing: they may mirror each other.
 
-    S: over the interval m - half <= p <= m + half of the parameter, about its middle m;
-    is_hamiltonian: whether M and K are symmetric and C is skew.
+    S holds for m - half <= p <= m + half, m being the middle of the interval; is_hamiltonian says
+    that M and K are symmetric and C is skew.
     """
     discs = moving_discs(S, half)
     bounds = _bounds_of_parts(S.centres.real, S.speeds.real, discs, half)
