@@ -279,7 +279,7 @@ class Brake:
             return self.options
         of_range = {**self.options, "low": losses.low}
         is_in_range = losses.low <= self.present <= losses.high
-        nothing_crosses = losses.details.get("crossings_outside") == 0  # None: not all are known
+        nothing_crosses = losses.details.get("crossings_outside") == 0  # None: some are unknown
         nothing_grows = not self.spectrum.details.get("growing_outside")
         if source.file.system.real and is_in_range and nothing_crosses and nothing_grows:
             return {**of_range, "band": None}

@@ -191,9 +191,9 @@ def _unexplained_at_clusters(
     """A sentence for each cluster whose events do not explain how the number of growing roots
     changes from the typical value below the cluster to the one above.
 
-    typical: values of the free parameter, one below the first cluster, one between each cluster and
-    the next, and one above the last; margin: how far from the cluster the verdict of one side alone
-    is found; band: in words.
+    typical: a value of the free parameter below the first cluster, one between each cluster and the
+    next, and one above the last; margin: how far from a cluster the verdict of one side alone is
+    found; band: the band in words.
     """
     unexplained = []
     for cluster, (below, above) in zip(clusters, itertools.pairwise(typical), strict=True):
