@@ -265,8 +265,9 @@ def first_contact(model: PadModel, state: np.ndarray, step: float = FIRST_STEP) 
 
 
 def off_level(model: PadModel, state: np.ndarray, contact: np.ndarray) -> np.ndarray:
-    """Scaled states (6, ...) from which partial contact can go on; contact (2, ...) is 1 where the
-    leading, and the trailing edge touches, else 0.
+    """Scaled states (6, ...) from which partial contact can go on.
+
+    contact (2, ...): 1 where the leading edge, and where the trailing edge touches, else 0.
 
     The contact length of a level pad exactly on the surface is 0/0. The pad is turned by less than
     rounding, so that the edge that touches lies lower. Other states are returned as they are.
