@@ -238,7 +238,7 @@ def orthogonalise(
     remainder = columns
     inside = np.zeros((basis.shape[1], columns.shape[1]), columns.dtype)
     for _ in range(2):  # the second pass restores orthogonality to rounding
-        part = (remainder.conj().T @ basis).conj().T  # basis^H remainder; copies no basis (n, d)
+        part = (remainder.conj().T @ basis).conj().T  # basis^H remainder, without a copy of basis
         remainder = remainder - basis @ part
         inside = inside + part
     new, triangle, order = qr(remainder, mode="economic", pivoting=True, check_finite=False)
