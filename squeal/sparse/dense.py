@@ -322,7 +322,7 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     unknown = values[is_unknown]
     listed = []
     for root in eigenvalues_of(problem, roots):
-        if root.value in unknown:
+        if root.value in unknown:  # its value has not been changed since
             root = replace(root, residual=1.0, rounding=math.inf)
         listed.append(root)
     return tuple(listed)
