@@ -216,6 +216,8 @@ class Path:
 
         Along the branch mu is a parabola, mu = top - curvature s^2 / 2 of slope -curvature s, so
         that top - mu = slope^2 / (2 curvature). Both come from the tangents at two points.
+
+        state (points, 1): the contact state there, 1.0 for a point that touches, else 0.0.
         """
         ahead = 1e-4 * np.abs(z).max()  # distance of the second point, along the tangent
 
