@@ -372,7 +372,11 @@ def _face_contact(
     keys: Document, at: Place, components: Mapping[str, _LocatedComponent]
 ) -> dict[str, Any]:
     """The points of a contact between faces, their areas and normals, as `pairs`, `area` and
-    `normal` of `Contact`. Raises InputError."""
+    `normal` of `Contact`.
+
+    keys: of the contact, at `at`; components: by name, with the coordinates of their nodes. Raises
+    InputError.
+    """
     bodies = []
     surfaces = []
     for name, surface in zip(keys["between"], keys["faces"], strict=True):

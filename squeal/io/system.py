@@ -279,7 +279,8 @@ def _precision_of(term: TermKeys, matrix: Matrix, file: MatrixFile, folder: Path
     digits of key and file, and at each entry the larger error of these two: that of the key
     `errors`, or else of the key `digits`; and that to which the file was rounded.
 
-    matrix: of the term (n, n), on the rows of the system. Raises InputError for errors of other
+    matrix: of the term (n, n), on the rows of the system; file: what was read of its file; folder:
+    the one relative to which the key `errors` names a file. Raises InputError for errors of other
     rows, and for negative ones.
     """
     of_file = precision_of_file(file, matrix)
