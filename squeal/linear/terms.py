@@ -128,8 +128,8 @@ def sum_of_terms(
 ) -> Term:
     """A term whose matrix (n, n) is a sum of multiples of others, with the errors of its entries.
 
-    matrix: the sum; parts: of each of its summands, the number that multiplies a term, and the
-    term.
+    matrix: the sum; factor: that of the new term; parts: of each summand, the number that
+    multiplies a term, and the term.
     """
     digits = [term.digits for _, term in parts if term.digits is not None]
     errors: Matrix | None = None

@@ -405,9 +405,9 @@ def _located_exchange(
 ) -> tuple[float, float]:
     """Where flutter turns into divergence or the reverse, and half the width of its interval.
 
-    The verdict is the one at a and the other at b. The zero of the lead, the growth rate of the
-    fastest pair less that of the fastest real root, is found by Ridders's method (1979), or, where
-    a pair becomes two real roots, as the value at which these meet.
+    The verdict is the one at a and the other at b, where a lies below b. The zero of the lead, the
+    growth rate of the fastest pair less that of the fastest real root, is found by Ridders's method
+    (1979), or, where a pair becomes two real roots, as the value at which these meet.
     """
     low = a.value
     high = b.value
