@@ -333,7 +333,7 @@ def _title_of_group(
 ) -> str:
     """The modes of a panel, where they meet, and from which value on one of them grows.
 
-    onset: see `_onset`.
+    group: the number of a mode, or of two that meet; onset: see `_onset`.
     """
     unit = unit_of(sweep.source)
     if onset is None:  # the mode grows from the first value of its path on
