@@ -102,7 +102,7 @@ class Paths:
         return min(distances, key=distances.__getitem__, default=None)
 
     def meeting(self, group: tuple[int, ...]) -> float | None:
-        """The value at which two modes meet; None if they never do, and of one mode.
+        """The value at which the two modes of a group meet; None if they never do, and of one mode.
 
         There Re (lambda_1 - lambda_2)^2 turns positive: before it the roots differ in frequency, by
         an imaginary number of negative square, and behind it in growth rate, by a real one. Unlike

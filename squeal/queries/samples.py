@@ -161,6 +161,9 @@ def sample_computer(
     The reduced system is made at the parameters of the subject and at about `BASIS_SAMPLES` of the
     changes, evenly chosen.
 
+    high: up to which value of the free parameter thresholds are searched; changes: the parameters
+    that differ from those of the subject, of each sample.
+
     Raises InputError for a band with a scene, and for a large system without a band.
     """
     subject = space.subject

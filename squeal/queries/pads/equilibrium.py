@@ -123,7 +123,10 @@ def is_known(X: Array, error: Array) -> bool:
 
 
 def _hangs_on_rounding(model: PadModel, q: Array, state: State, matrices: Linearisation) -> bool:
-    """Whether rounding of an equilibrium q (3,) may change the verdict on the matrices about it."""
+    """Whether rounding of an equilibrium q (3,) may change the verdict on the matrices about it.
+
+    state: which points touch at q; matrices: M, C and K about q, SI units.
+    """
     M, C, K = matrices
     mass_root = np.sqrt(np.outer(np.diag(M), np.diag(M)))  # M^-1/2 K M^-1/2 is K / mass_root
     # error of the entries of M^-1/2 K M^-1/2, SI units. The functions below take stacks of pads:

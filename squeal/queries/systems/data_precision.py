@@ -73,6 +73,8 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
 
     In both cases M and K count as symmetric, and C as skew, only if all terms are: the error of an
     entry (i, j) of one term and that of (j, i) of another one differ.
+
+    system: that of the file, at these or at other parameters.
     """
     if not is_small(system) or (file.assembly is not None and file.assembly.reduction):
         return None

@@ -292,6 +292,9 @@ def _open_with_roots_as_given(
     """Replace a list by the roots of the entries as given, which refute it, and leave it open.
 
     Their errors and the bound of growth are those of all entries within half an ulp.
+
+    system: the matrices in ball arithmetic, with these entries; roots: the list; judged: its
+    verdict, and why; refutation: the proof that refutes it, with enclosures of all roots as given.
     """
     # enclosures of the entries as given know no rounding of these: their roots get that of the list
     largest_rounding = max(root.rounding for root in roots)

@@ -289,6 +289,7 @@ def _located_exactly(
 ) -> _LocatedThresholds:
     """The thresholds of a small system, between `low` and `high`, as an exact range has them.
 
+    exact_range: the changes of the number of growing roots, each in an interval of the parameter;
     roots: gives all roots (m,), rad/s, at a value of the parameter.
     """
     is_undamped = not system.C
@@ -575,7 +576,7 @@ def _notes(
 
 def _count_agrees(reduction: Reduction, value: float, expected: int) -> bool:
     """True if as many roots of the full system in the region grow as are expected at a value of the
-    parameter, where a pair counts as two."""
+    parameter, where a pair counts as two. reduction: the reduced system, which knows both."""
     name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
     if isinstance(reduction, FirstLook):
