@@ -467,9 +467,9 @@ def seat_contacts(
 ) -> tuple[list[StaticContact], Array]:
     """Each contact under the load of the components, and the displacements (n,) of all rows in m.
 
-    `structure` are the components side by side without contact, with n rows; `pair_sets` are the
-    pairs of each contact. Raises InputError without a load if pairs may open, and if all pairs
-    open; ComputationError where the search for the closed pairs does not end.
+    `structure` are the components `bodies` side by side without contact, with n rows; `pair_sets`
+    are the pairs of each contact. Raises InputError without a load if pairs may open, and if all
+    pairs open; ComputationError where the search for the closed pairs does not end.
     """
     loads = []
     for body in bodies:

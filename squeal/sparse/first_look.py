@@ -82,6 +82,7 @@ class Structure:
     """
 
     def __init__(self, frictionless_problem: ScaledProblem, highest: float) -> None:
+        """frictionless_problem: at some parameters; highest: rad/s, of the region."""
         K = _symmetric_part(frictionless_problem.K)
         self.M = _symmetric_part(frictionless_problem.M)
         for name, matrix in {"K": K, "M": self.M}.items():
