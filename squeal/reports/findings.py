@@ -140,9 +140,11 @@ class Findings(BrakeAnswers):
         spectrum = self.eigenvalues
         # of the roots of a band only growth is a verdict
         has_verdict = spectrum.verdict is not None or bool(spectrum.extent)
+        kinds = [root.kind for root in spectrum.eigenvalues]
+        is_marginal = "marginal" in (spectrum.verdict, *kinds)  # not all decay
         text = "Nothing that grows was found"
         if spectrum.certified and has_verdict:
-            text = "Nothing grows" if spectrum.verdict == "marginal" else "Stable"
+            text = "Nothing grows" if is_marginal else "Stable"
             if spectrum.limit_hz is not None:
                 text = "On the limit of flutter"
         if spectrum.extent:
@@ -151,7 +153,7 @@ class Findings(BrakeAnswers):
             text += f" at {self.at(spectrum.value)}"
         text += f". {self.loss}"
         vibrating = {root: mode for mode, root in spectrum.of_modes if root.value.imag > 0.0}
-        if vibrating and spectrum.verdict != "marginal":
+        if vibrating and not is_marginal:
             root = min(vibrating, key=lambda root: root.damping_ratio)
             ratio = number(100.0 * root.damping_ratio, 3)
             text += f" Damped least is {mode_name(vibrating[root], root.frequency_hz)}: {ratio} %."

@@ -102,6 +102,22 @@ def test_a_large_brake_that_is_quiet_in_its_band_is_not_green():
 
 
 @pytest.mark.usefixtures("counts_as_large")
+@pytest.mark.parametrize("band", [(3000.0, 5000.0), None])
+def test_a_brake_without_damping_is_not_called_stable(band):
+    """Its modes neither grow nor decay: those of a band of many rows, and all of few rows."""
+    rows = 30 if band is None else 44
+    K = np.diag((TWO_PI * np.linspace(1000.0, 9000.0, rows)) ** 2)
+    friction = np.zeros((rows, rows))
+    friction[0, 1] = 1e6
+    friction[1, 0] = -1e6
+    system = squeal.System(np.eye(rows), K={"1": K, "mu": friction}, parameters={"mu": 0.4})
+    text = squeal.report(system, high=1.0, band=band).advice
+    where = "" if band is None else " from 3000 to 5000 Hz"
+    assert text.startswith(f"Nothing grows{where} at mu = 0.4. No loss of stability")
+    assert "Damped least" not in text
+
+
+@pytest.mark.usefixtures("counts_as_large")
 def test_what_is_advised_for_a_band_of_a_large_brake_is_for_it_alone():
     """Where only the second pair is looked at, what stops it leaves the first, which grows too."""
     report = squeal.report(large(0.7), high=1.0, band=(3000.0, 5000.0))
