@@ -47,7 +47,7 @@ def suggestion(unknown: object, known: Iterable[str]) -> str:
     """
     name = str(unknown)
     names = list(known)
-    close = difflib.get_close_matches(name, names, 1, 0.7)
+    close = difflib.get_close_matches(name, names, 1, 0.7)  # the nearest one that is alike by 0.7
     if not close:  # two letters of which one is wrong are alike by a half only, not by 0.7
         close = [other for other in names if _differ_in_one_letter(name, other)]
     if len(close) == 1:
