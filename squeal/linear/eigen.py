@@ -77,7 +77,7 @@ class Eigenvalue:
     @property
     def frequency_hz(self) -> float:
         """|Im| / (2 pi), in Hz."""
-        return abs(self.value.imag) / (2 * math.pi)
+        return abs(self.value.imag) / math.tau
 
     @property
     def growth_rate(self) -> float:
@@ -170,7 +170,7 @@ class UnstableMode:
     @property
     def root(self) -> complex:
         """The eigenvalue (rad/s), of a pair that above the axis."""
-        return complex(self.growth_rate, 2 * np.pi * self.frequency_hz)
+        return complex(self.growth_rate, math.tau * self.frequency_hz)
 
 
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:

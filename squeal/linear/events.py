@@ -120,7 +120,7 @@ class Event:
             mu=float(self.value),
             kind=self.kind,
             direction="up" if self.direction > 0 else "down",
-            frequency_hz=self.omega / (2 * math.pi),
+            frequency_hz=self.omega / math.tau,
             interval=(float(low), float(high)),
             mode=mode,
             changes_verdict=changes_verdict,

@@ -141,8 +141,8 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
     if not 0.0 <= low_hz < high_hz < math.inf:
         allowed = "it must be LOW:HIGH in Hz with 0 <= LOW < HIGH"
         raise InputError(f"band {low_hz:g}:{high_hz:g}: is not allowed; {allowed}")
-    low = 2 * math.pi * low_hz
-    high = 2 * math.pi * high_hz
+    low = math.tau * low_hz
+    high = math.tau * high_hz
     return Rectangle(-DAMPED_SHARE * high, DAMPED_SHARE * high, low, high)
 
 

@@ -729,7 +729,7 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
             return replace(crossing, interval=(low - 16 * change, high + 16 * change))
     raise ComputationError(
         f"no crossing of the imaginary axis was found near {name} = {guess.value:.9g} at "
-        f"{guess.omega / (2 * math.pi):.6g} Hz"
+        f"{guess.omega / math.tau:.6g} Hz"
     )
 
 
@@ -835,7 +835,7 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     is_converged = abs(step) <= p_limit and abs(omega_step) <= omega_limit
     if system.follows:  # matrices depend on the frequency by tables, which end
         least, most = system.covered  # Hz
-        new_omega = min(max(new_omega, 2 * math.pi * least), 2 * math.pi * most)
+        new_omega = min(max(new_omega, math.tau * least), math.tau * most)
     slope = at_guess.growth_slope
     half_width = p_error + abs(step) + 2 * EPS * abs(new_p)
     crossing = AxisCrossing(
