@@ -238,8 +238,8 @@ def _make_terms(
     """The terms of the system from the keys of each term, its matrix and the file of that matrix.
 
     terms, matrices and files have one entry for each term of the file, those of M first. Terms of C
-    that the damping of single terms makes are added. Raises InputError, also if a matrix has
-    another number of rows than the first one.
+    that the damping of single terms makes are added. parameter: the free one. Raises InputError,
+    also if a matrix has another number of rows than the first one.
     """
     rows = matrices[0].shape[0]
     made = _MadeTerms({part: [] for part in PARTS}, [], TermDamping())

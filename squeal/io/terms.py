@@ -78,7 +78,10 @@ def formula_of(term: TermKeys) -> Formula:
 def factor_of(
     term: TermKeys, formula: Formula, folder: Path, parameter: str
 ) -> Formula | Modulus | Tabulated:
-    """What a term is multiplied with, tables and loss factors included. Raises InputError."""
+    """What a term is multiplied with, tables and loss factors included. Raises InputError.
+
+    formula: its `factor`; parameter: the free parameter, over which a table may stand.
+    """
     if "table" in term.keys:
         return _tabulated(term, formula, folder, parameter)
     for key, allowed in {"rayleigh": "MK", "structural": "K", "modulus": "CK"}.items():

@@ -127,7 +127,8 @@ def _centre_and_spread(values: NDArray, group: NDArray[np.intp]) -> tuple[comple
 def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray[np.intp]) -> Chain:
     """The basis of the invariant subspace of the eigenvalues `members`, its columns by levels.
 
-    Inverse iteration finds the subspace, the staircase form its levels.
+    Inverse iteration finds the subspace, the staircase form its levels. values (n,) and X (n, n):
+    all eigenvalues s and vectors of A x = s B x; members: indices of some.
     """
     centre, spread = _centre_and_spread(values, members)
     is_complex = np.iscomplexobj(A) or np.iscomplexobj(B)

@@ -488,7 +488,7 @@ def _counted_not_proved(answer: Thresholds, is_certified: bool) -> Thresholds:
     """State that the thresholds of an answer were counted: no proof was made.
 
     A mode may grow between two values at which growing roots were counted. Of a small system a
-    proof is expected, so that counts alone do not certify its list.
+    proof is expected, so that counts alone do not certify its list: `is_certified` is then False.
     """
     from squeal.queries.ranges import RangeStatement
 

@@ -137,6 +137,8 @@ def _by_orbits(
 
     The shaft turns from the first of these directions to the second, unless the term that turns
     with it, between the two at the same node, has the other sign.
+
+    speed: rad/s; shape (n,): complex displacements of the rows.
     """
     across = _across(coordinates)
     if across is None:
@@ -176,6 +178,8 @@ def _sense(coordinates: Coordinates, across: list[int], system: TermSystem, spee
     J Omega > 0 in the row of the first direction and the column of the second if the shaft turns
     from the first to the second. The entries of all nodes are added. If they add to zero, the term
     of K is taken instead of that of C; 0 if neither couples the two directions.
+
+    across: the two directions, 0 to 2 for x, y and z; speed: rad/s.
     """
     row_at = {}  # by direction, the row of each node that moves in it
     for direction in across:

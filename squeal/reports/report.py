@@ -186,6 +186,9 @@ def _thresholds_outside(
     Of a small system these are the thresholds of all its roots, of a large one those near the
     fastest mode that was seen outside. None without a band or without growth in it, where nothing
     was seen outside, and of small complex matrices, whose thresholds are searched in bands alone.
+
+    losses: the thresholds of the band; options: band, memory and progress, as `thresholds` takes
+    them.
     """
     source = spectrum.source
     # `extent` names the band; without growth in it there is nothing to keep stable, and `bound` of

@@ -114,7 +114,8 @@ class Grid:
         """Tops of the parabolas through each three neighbouring samples (k, j) of j steps.
 
         Of those that may exceed `threshold` (j,): number (m,) of the parabola's first sample,
-        number (m,) of its step, and share (m,) of the step at which the top lies.
+        number (m,) of its step, and share (m,) of the step at which the top lies. values (k, j): of
+        a signal, at the shares of each step.
         """
         shares = self.shares[:, None]
         slopes = np.diff(values, axis=0) / np.diff(shares, axis=0)

@@ -385,6 +385,7 @@ class TaylorIntegrator(HeyokaIntegrator, Integrator):
         """A segment from contact (points,) and the scaled state (6,) at t on, to `stop` at most.
 
         See `squeal.simulation.hybrid.Integrator`. The arrays of the segment hold one motion (1,).
+        dense: whether the segment has the Taylor series of all steps.
         """
         law = self.model.law
         machine = self.ready()

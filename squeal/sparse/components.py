@@ -445,7 +445,8 @@ def _residual_flexibility(
     """The array (t d, t d) of blocks V^T A^H K^-1 B V for all pairs A, B of t matrices (n, n).
 
     V is the basis (n, d). A V and B V are forces on the rows inside alone, since truncated motions
-    move no boundary row; K^-1 is the inverse of K inside, whose factor is `factor`.
+    move no boundary row; K^-1 is the inverse of K inside, whose factor is `factor`. interior: the
+    rows inside.
     """
     from scipy.sparse import csc_array
 

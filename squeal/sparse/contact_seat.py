@@ -163,8 +163,9 @@ class Contact:
     def located(self, bodies: Mapping[str, Component]) -> Contact:
         """The contact with its pairs as ContactPoints, searched if `pairs` is a distance.
 
-        Raises InputError for unknown components, without a pair, and for arrays of another length.
-        Callers put the name of the contact before the message.
+        bodies: the components by their names. Raises InputError for unknown components, without a
+        pair, and for arrays of another length; callers put the name of the contact before the
+        message.
 
         Examples
         --------

@@ -799,6 +799,8 @@ class _NewtonStep(NamedTuple):
 def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _NewtonStep | None:
     """One step of Newton's method for p and omega from a guess with unit vectors x, y (n,).
 
+    p is the parameter `name`, omega is in rad/s.
+
     The complex equation (i by_root + by_frequency) domega + by_parameter dp = -y^H P x, see
     `_Linearised`, has two real unknowns. Its real and imaginary part are the two rows of the
     Jacobian (2, 2). The crossing has the value, omega and interval after the step, but the

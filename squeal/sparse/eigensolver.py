@@ -466,7 +466,8 @@ def _searched_parts(
 
     A part is halved if no subspace reaches all of its roots. Unless it is small, it is also halved
     if its roots were to be counted (`certify`) and no count was reached. Raises ComputationError
-    for a part that would become too small, and after `MOST_PARTS` parts.
+    for a part that would become too small, and after `MOST_PARTS` parts. basis (n, d) and exact:
+    `start` and `exact` of `modes_in`.
     """
     root_count = 0  # roots in the parts so far
     pending = [region]
@@ -735,7 +736,8 @@ def _lowest_of_squares(problem: ScaledProblem, modes: int, largest: float, certi
     """The lowest modes from the roots in squares around zero, the first of half width `largest`.
 
     The squares grow until the disc in one of them, of radius half width, holds `modes` modes. After
-    `MOST_ENLARGEMENTS` the roots of the last disc are returned, however few.
+    `MOST_ENLARGEMENTS` the roots of the last disc are returned, however few. largest: an estimate
+    of the largest |lambda| of these modes, rad/s; certify: whether roots are counted.
     """
     half_width = 1.02 * largest / ENLARGEMENT  # 1.02: the largest root itself lies inside
     for _ in range(MOST_ENLARGEMENTS):

@@ -349,7 +349,9 @@ class FirstLook(Reduction):
         """Whether a root may have passed the region and its surroundings from one list of all roots
         to the other: up or down, or from decay to growth or back.
 
-        Roots that pass in opposite directions at once are not seen.
+        That is so if there are fewer roots on one side of the surroundings and more on the other.
+        Roots that pass in opposite directions at once are not seen. before, after: the roots at two
+        values of the parameters, rad/s.
         """
         around = self.region.surroundings
         upper = (before[before.imag > 0.0], after[after.imag > 0.0])

@@ -225,8 +225,8 @@ def search(
 
     Finished starts are written to the file `state`; a later call continues after them. An interrupt
     ends the search with the best set so far, if there is one. Repeatable from the seed for a given
-    number of starts. Raises InputError if the file is of another search, ComputationError without
-    heyoka.
+    number of starts. workers: processes; tell: receives a line after each start. Raises InputError
+    if the file is of another search, ComputationError without heyoka.
     """
     begin = time.monotonic()
     best = _resumed(state, seed)

@@ -35,7 +35,7 @@ def scene_text(
     numbers: dict[str, float], formulation: Formulation, model: Model, case: str = ""
 ) -> str:
     """The text of the scene file, in SI units, of a model and a case, or of model B3, which has no
-    case.
+    case. numbers: the dimensionless ones of a set, by the names of `space.DIMENSIONS`.
 
     Raises ComputationError where a standing pad has no initial state, see `starts`.
     """

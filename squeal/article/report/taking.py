@@ -134,7 +134,10 @@ def _figure_or_table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
 
 def _refuse_other_folders(folder: Path, name: str) -> None:
     """Refuse a folder that holds anything but an earlier take of the same thing, and a take whose
-    files were changed since. Raises InputError."""
+    files were changed since. Raises InputError.
+
+    name: of the figure, table or number that is taken; the file `ORIGIN` of a take holds it too.
+    """
     if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
         return
     try:

@@ -458,6 +458,8 @@ def both_planes(cycles: Cycles, boundary: Boundary, mu: float) -> BothPlanes:
     Both planes are over modal damping, too. The boundary is traced first in the plane in which it
     was found. The planes have one line in common; from where the boundary crosses that line it is
     traced in the other plane.
+
+    mu: the friction of the first plane, that of the scene.
     """
 
     def trace_over(parameter: int, start: Cycle) -> list[Cycle]:
@@ -558,7 +560,10 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
 
 
 def least_at(scene: Scene, a: float, zeta: float, norm: Norm) -> LeastDisturbance:
-    """The least disturbance at a pair of dampings, and how many motions from the box last."""
+    """The least disturbance at a pair of dampings, and how many motions from the box last.
+
+    a: contact damping, s/m; zeta: modal damping ratio.
+    """
     pad = DampedContact.of(scene, a, zeta)
     searches = [least_disturbance(pad, norm, seed) for seed in SEEDS]
     successful = [least for least in searches if least is not None]

@@ -98,7 +98,10 @@ def _thinned(curves: dict[str, np.ndarray]) -> dict[str, tuple[float, ...]]:
 
 
 def motion(scene: Scene, with_curves: bool = False) -> Motion | Missing:
-    """The energies of a scene's motion; the reason where the model ends."""
+    """The energies of a scene's motion; the reason where the model ends.
+
+    with_curves: whether the energies over time are returned too, for a figure.
+    """
     try:
         works = contact_work(scene)
     except ComputationError as error:

@@ -561,7 +561,7 @@ def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:
     """What a motion comes to where damping grows with the mass or with the stiffness instead.
 
     A mode of frequency omega has the damping ratio alpha/(2 omega) + beta omega/2 (Rayleigh). Each
-    factor alone gives `RATIO` at omega = (k1/m)^(1/2).
+    factor alone gives `RATIO` at omega = (k1/m)^(1/2). state (6,): the first state of the motion.
     """
     assert scene.stop is not None
     omega = np.sqrt(scene.pad.k1 / scene.pad.m)

@@ -481,7 +481,8 @@ def _first_intervals(
 ) -> tuple[dict[Change, float], dict[Change, float]]:
     """By direction the first factor whose change passes a filter, and the factor before that one.
 
-    See `_least_passing`. A change larger than `Change.most` is not tried.
+    See `_least_passing`. A change larger than `Change.most` is not tried. directions: changes by
+    one step; factors: numbers of steps, rising; start: the number before the first of them.
 
     Returns
     -------
