@@ -33,7 +33,7 @@ from squeal.sparse.dense import CLUSTER_DISTANCE, dense_values, roots_at
 from squeal.sparse.reduction import SPURIOUS_RESIDUAL, Reduction
 
 STEPS = 400  # into which the range of speeds is divided
-FEW_ROWS = 100
+FEW_ROWS = 100  # a rotor of more rows is divided into fewer steps
 FEW_STEPS = 100  # the same of a rotor of more than `FEW_ROWS`, of which each step costs much
 BASIS_SPEEDS = 9  # speeds at which a reduced system is exact
 WELL_DAMPED = 0.2  # damping ratio above which a peak needs no margin

@@ -25,7 +25,7 @@ RandomNumbers: TypeAlias = Annotated[
     ),
 ]
 SEED = Whole(0, 2**32 - 1)
-FRICTION = "mu"
+FRICTION = "mu"  # the name of a parameter that is a friction coefficient
 FRICTION_END = 2.0
 """Upper end of a range of the friction coefficient where none is given."""
 MU_MAX = Number(low=1e-9, high=1000.0)

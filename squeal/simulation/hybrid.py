@@ -31,7 +31,7 @@ LEAST_TURN = 1e-15  # of w theta by `off_level`: a contact of no length has no c
 LEAST_PROGRESS = 1e-9  # of a segment without a contact change, a share of the whole time
 
 _TINY = float(np.finfo(float).tiny)
-_ROUNDING = 8.0 * float(np.finfo(float).eps)
+_ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a gap, over the lengths that it is made of
 
 
 class Limit(IntEnum):

@@ -41,7 +41,7 @@ MOTIONS = {"b1-d": "b1-d", "b2-d-integral": "b2-d", "b2-d-mean": "b2-d"}
 A_RANGE = (1e-3, 0.3)
 ZETA_RANGE = (5e-4, 0.03)
 """Of the plane: contact damping in s/m and modal damping ratio."""
-MU_RANGE = (0.0, 0.6)  # friction of the other plane
+MU_RANGE = (0.0, 0.6)  # of the plane over friction
 A_OVER_FRICTION = 0.01  # s/m, contact damping of the boundaries over friction
 MARGIN = 1.15  # factor by which a boundary may leave the plane
 REACH = 3.0  # static compressions, half width of the box of initial conditions

@@ -59,7 +59,7 @@ _A = _DECAY + 9
 _ZETA = _DECAY + 10
 _MU = _NAMES.index("mu")
 _V = _ZETA + 1  # speed of the surface
-_COUNT = _V + 1  # of the runtime parameters
+_COUNT = _V + 1  # of all runtime parameters
 
 
 def gap_rates(c: Coefficients, at: Pose, v: Number, turning: Number) -> Point:
