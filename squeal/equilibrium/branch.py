@@ -457,7 +457,8 @@ class _Front(NamedTuple):
         the sense of the tilt.
         """
         pad = self.statics.model.pad
-        surface = self.no_surface()
+        surface = self.no_surface()  # zeros
+        # views of its rows: (points, k), (4, k) and (k,)
         weights = surface[:-5]
         normal = surface[-5:-1]
         offset = surface[-1]

@@ -409,7 +409,7 @@ def _write_ansys(path: Path, matrix: csc_array, labels: Labels) -> None:
     # where the entries of each column begin, counted from 1, and where the last column ends
     starts = np.searchsorted(columns, np.arange(n + 1)) + 1
     values = [f"{value:25.16E}".replace("E", "D") for _, _, value in entries]
-    blocks = [
+    blocks = [  # so many numbers in a line as `formats` says
         _in_lines([f"{start:10d}" for start in starts], 8),
         _in_lines([f"{row + 1:10d}" for row, _, _ in entries], 8),
         _in_lines(values, 3),

@@ -329,7 +329,8 @@ def _root_at_event(
 def _coalescing_roots(problem: ProblemClass, zero: _Zero, crosses: bool) -> _CrossingRoot | None:
     """The mean of two roots that coalesce at the zero; None if they do not do so on the line.
 
-    crosses: as `locate_event`.
+    Its slope is that of the event function, the square of half the difference. crosses: whether the
+    roots have to cross the line; two divergent roots that join to a pair do not.
     """
     roots = zero.roots
     z = roots.mean

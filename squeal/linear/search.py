@@ -259,6 +259,7 @@ class _AdaptiveRefinement:
         """
         for guess in self.guesses:
             event = locate_event(self.continuation, guess)
+            # so near to the start of the range rounding may have moved it from there
             if event is not None and event.value - self.continuation.low <= 1e-6 * self.range:
                 event = self.snap_to_range_start(event)
             if event is None:

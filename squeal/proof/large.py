@@ -220,6 +220,7 @@ def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
     in_band = []
     for piece in pieces:
         sizes = np.abs(piece.centres)
+        # 8 EPS: more than rounding of the sizes and of these sums
         is_outside = np.all(sizes * (1.0 - 8.0 * EPS) - piece.radii > radius)
         is_inside = np.all(sizes * (1.0 + 8.0 * EPS) + piece.radii < radius)
         if is_inside:
@@ -473,7 +474,8 @@ def _schur_complement(form: _Form, border: Floats, gap: float) -> Balls:
 
     With any Z near T^-1 B and R = B - T Z it equals S - R' T^-1 R, where S = Z'TZ - (Z'B + B'Z) is
     computed. In the norm of the weights no eigenvalue of T has an absolute value below the gap, so
-    that entry (i, j) of R' T^-1 R is at most |R_i| |R_j| / gap, R_i column i of R.
+    that entry (i, j) of R' T^-1 R is at most |R_i| |R_j| / gap, R_i column i of R; this is added to
+    the radii of S.
     """
     factors = _factorised(form.T)
     Z = factors.solve(border)
@@ -482,7 +484,7 @@ def _schur_complement(form: _Form, border: Floats, gap: float) -> Balls:
     Zt = Balls.exact(Z.T)
     ZtB = Zt @ Balls.exact(border)
     S = (Zt @ TZ).minus(ZtB.plus(Balls(ZtB.mid.T, ZtB.rad.T)))
-    residual = upper(abs(border - TZ.mid) + TZ.rad + EPS * abs(border), 4)
+    residual = upper(abs(border - TZ.mid) + TZ.rad + EPS * abs(border), 4)  # bounds of |R|
     squares = ((residual / form.weights[:, None]) ** 2).sum(axis=0)
     lengths = np.sqrt(upper(squares, len(residual) + 4))
     return Balls(S.mid, upper(S.rad + np.outer(lengths, lengths) / gap, 8))

@@ -106,6 +106,7 @@ class Findings(BrakeAnswers):
             text += "no other mode meets it: "
         text += f"{balance}."
         real = real_modes_name(self, mode)
+        # cures act on the real modes, which are named if they differ from those of the chart
         if len(group) == 2 and real and self.cures.treatments:
             text += f" Separation and damping refer to {real}, without friction and damping."
         place = self.energy.place(number_of_mode)

@@ -453,7 +453,7 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
         """Whether both methods find the same critical gain, or neither finds one."""
         if loop.frozen is None or loop.by_poles is None:
             return loop.frozen == loop.by_poles
-        return abs(loop.frozen - loop.by_poles) < 1e-7
+        return abs(loop.frozen - loop.by_poles) < 1e-7  # of a friction coefficient
 
     def frozen_as_followed(case: str) -> bool:
         """Whether both equilibria of the line lose stability, at nearly the same friction."""
