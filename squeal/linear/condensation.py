@@ -249,7 +249,8 @@ class Condensation:
     def _pencil(self, matrices: MCK, of_terms: bool = False, is_derivative: bool = False) -> Pencil:
         """The balanced pencil of M, C and K, with z over the frequency scale.
 
-        of_terms: sizes of terms instead, see `_transformed`; is_derivative: of dM, dC and dK.
+        of_terms: that of the sums of the sizes of their terms instead, see `_transformed`, which
+        bound rounding; is_derivative: of dM, dC and dK.
         """
         M, C, K = self._transformed(matrices, of_terms)
         rate = self.frequency_scale

@@ -95,7 +95,7 @@ def errors_may_change(A: Array, B: Array | None, errors: Array) -> NDArray[np.bo
 
 
 def _errors_may_change_undamped(A: Array, errors: Array) -> NDArray[np.bool_]:
-    """As `errors_may_change`, by the signs of the invariants of A (n, 3, 3), without damping.
+    """Which (n,) of n verdicts on z'' + A z = 0 may change by errors of the entries of A (n, 3, 3).
 
     It may change in two ways. Whether there is a complex pair is open by the sign of the
     discriminant, unless A is symmetric. Whether a root is negative is open by the sign of a

@@ -240,7 +240,8 @@ class Component:
     def _cross_product(self, axis: ArrayLike) -> csc_array:
         """The sparse matrix J (n, n) of the cross product with a unit axis at each node.
 
-        Rows of rotations and of no node stay zero. Raises InputError as `rotating`.
+        Rows of rotations and of no node stay zero. Raises InputError for an axis without a length,
+        and where several rows are one displacement.
         """
         from scipy.sparse import csc_array
 

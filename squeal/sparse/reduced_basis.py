@@ -83,7 +83,8 @@ def root_error_bounds(
         y_i^H ((l_i + l_j) M + C) x_j of left and right modes: divided differences of P, and P' on
         the diagonal.
     truncation, uncertainty : ndarray (m, m)
-        See `TruncationTerm`: its value, and how far an entry of it may be off.
+        What the directions outside of the projection add to y_i^H P x_j or subtract from it (only
+        the size counts), and how far an entry may be off. See `TruncationTerm`.
 
     Returns
     -------

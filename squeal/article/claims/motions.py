@@ -263,7 +263,9 @@ def _blows(
     """How often successive blows fall on different edges, by least impulse (n, levels), and the
     impulse of the heaviest blow on the leading and the trailing edge (n, 2).
 
-    A level of `LEVELS` leaves out the blows with a lesser impulse. load, moment: see `_each_blow`.
+    A level of `LEVELS` leaves out the blows with a lesser impulse. load, moment (k, s), at k
+    samples of each of s steps: contact force over F_n, and its moment about the centre over F_n w.
+    n: how many motions.
     """
     motion, side, impulse = _each_blow(grid, load, moment)
     heaviest = np.zeros((n, 2))

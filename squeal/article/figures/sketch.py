@@ -138,7 +138,8 @@ def _body(axes: Axes, c: Coefficients, corner_of: dict[str, Vector]) -> None:
 def _surroundings(axes: Axes, level: float, corner_of: dict[str, Vector]) -> None:
     """Draw the surface at a height, its speed, the brake force, the fixed frame and the length.
 
-    level: the height in half lengths; corner_of: those of the pad, see `corners`.
+    level: the height in half lengths; corner_of: the corners of the pad, upper 1 and 2, lower l and
+    t, from its centre in half lengths.
     """
     axes.fill_between([-2.0, 2.0], level, level - 0.1, color="0.85", linewidth=0.0)
     _line(axes, [(-2.0, level), (2.0, level)], linewidth=1.2)

@@ -67,7 +67,7 @@ class TaylorBatch(HeyokaIntegrator):
         """Integrate n motions (a multiple of `LANES`), `LANES` of them side by side.
 
         Each goes from its time `t` (n,), state (6, n) and contact (points, n) to `stop` (n,), or to
-        an earlier limit, see `Limit`; `dense` keeps the whole path.
+        an earlier `Limit`, as where a spring collapses; `dense` keeps the whole path.
         """
         machine = self.ready()
         assert isinstance(machine, BatchMachine)

@@ -394,7 +394,7 @@ def trace(
         fall of the first of them, the other way with its rise
     conditions : makes the functions of X that vanish on the boundary
     critical : how many of the leading multipliers lie on the unit circle
-    anchored : see `Cycles.solve`
+    anchored : whether the conditions say where on the motion the state lies, as at a grazing
     """
     limits = {
         LOG_A: (np.log(A_RANGE[0] / MARGIN), np.log(A_RANGE[1] * MARGIN)),

@@ -198,7 +198,8 @@ of the motion."""
 def hybrid(advance: Advance, scene: Scene) -> Run:
     """The run of a scene in legs of one contact state each, joined at the contact changes.
 
-    advance: integrates one leg in natural units, see `Advance` and `Leg`.
+    advance: integrates one leg in natural units, from the right-hand side, the gaps, the contact
+    state, the time, the state (6,) and the end of the motion.
     """
     _, model, state, stop = in_natural_units(scene)
     contact = state_of(first_contact(model, state))

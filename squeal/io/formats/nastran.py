@@ -92,9 +92,9 @@ def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFi
     For the fields of both kinds of cards see `read_dmig`. Raises InputError, ValueError.
     """
     name = head[0]
-    form = head[2]
+    form = head[2]  # 1 square, 6 symmetric; others are refused
     type_in = head[3]  # 1 to 4: real or complex, single or double precision
-    polar = head[5]
+    polar = head[5]  # empty or 0: entries are real and imaginary parts
     if form not in (SQUARE, SYMMETRIC):
         kind = DMIG_FORMS.get(form, "unknown")
         raise InputError(
