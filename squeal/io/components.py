@@ -126,6 +126,9 @@ def assembly_file(
 ) -> SystemFile:
     """The system of the components of a file, reduced and joined in static contact.
 
+    The components are read, parameters that nothing uses are left out with a warning, then `join`
+    reduces the components and joins them in contact.
+
     Parameters
     ----------
     document : dict

@@ -138,9 +138,10 @@ class Condensation:
     """
 
     def __init__(self, samples: Sequence[MCK], undamped: bool, all_roots: bool) -> None:
-        """samples: M, C and K, arrays (n, n), at some values of the parameter.
+        """Separate motions without mass, balance the pencils, and find how many roots are followed.
 
-        undamped: whether z is s = -lambda^2; all_roots: whether a fast root may not be left out.
+        samples: M, C and K, arrays (n, n), at some values of the parameter; undamped: whether z is
+        s = -lambda^2; all_roots: whether a fast root may not be left out.
         """
         masses: Array = np.array(samples)[:, 0]
         if np.array_equal(masses[1:], masses[:-1]):  # M does not vary

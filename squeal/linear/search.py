@@ -605,8 +605,8 @@ def _count_persists(
 def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) -> list[float]:
     """Values between neighbouring clusters, and one below the first and one above the last.
 
-    Above a cluster at the end of the range it lies a little beyond, if the system has matrices
-    there.
+    If the last cluster lies at the end of the range, the value above it lies a little beyond the
+    range, where the system may have no matrices: then it is the middle of what is left.
     """
     low = continuation.low
     high = continuation.high

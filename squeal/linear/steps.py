@@ -384,6 +384,10 @@ class Step:
     """
 
     def __init__(self, before: SpectrumAtParameter, after: SpectrumAtParameter) -> None:
+        """Match the roots at both ends, and follow each real part by a cubic in between.
+
+        A root is matched by the mean of its slopes (derivatives by the parameter) at both ends.
+        """
         self.before = before
         self.after = after
         length = after.value - before.value

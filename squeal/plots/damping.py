@@ -141,11 +141,12 @@ def _mark_own_value(
 
 
 def _draw_ratios(axes: Axes, sweep: Sweep, paths: Paths) -> list[Artist]:
-    """Draw all modes in the plane of frequency and damping ratio, grey without a colour.
+    """Draw all modes in the plane of frequency and damping ratio.
 
-    A mode that grows is named where its ratio is lowest, its partner where the ratio is highest
-    among those below `depth`, since the axis ends little above. Returns entries of a legend, which
-    give the scale of the bubbles.
+    Modes that grow and those that they meet have colours, the others are grey. Along a mode that
+    grows bubbles show the growth rate. It is named where its ratio is lowest, its partner where the
+    ratio is highest among those below `depth`, since the axis ends little above. Returns entries of
+    a legend, which give the scale of the bubbles.
     """
     colours = colours_of(paths)
     all_roots = np.concatenate([np.zeros(0, complex), *paths.roots.values()])

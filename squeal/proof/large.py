@@ -215,7 +215,8 @@ def _least_singular_value(
 def _pieces_in_band(pieces: list[Piece], radius: float) -> tuple[Piece, ...]:
     """The pieces that meet the band |lambda| <= radius.
 
-    Of those that reach beyond it only the place is known: side and `real` are left open.
+    Of those that reach beyond it only the place is known. Open are their `side`, whether the roots
+    grow, and `real`, whether they are real.
     """
     in_band = []
     for piece in pieces:

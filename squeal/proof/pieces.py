@@ -84,8 +84,8 @@ def strong_components(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     """Indices of each strong component of a directed graph, ascending.
 
     joined (n, n): entry (i, j) says that a link leads from i to j. Indices are of one component if
-    each reaches the other. The square of the matrix `reach` of what up to k links reach is that of
-    up to 2 k links.
+    each reaches the other. `reach` says which index leads to which over up to k links; its square
+    says so of up to 2 k links, and it is squared until nothing changes.
     """
     n = len(joined)
     if not n:

@@ -138,7 +138,8 @@ def _changes_of(factor: Polynomial, low: float, high: float) -> list[Change] | N
     Between two zeros of its critical polynomials one number of roots grows. The growing roots are
     counted in the middle between neighbouring zeros, and at each zero that is a double; from one
     count to the next they change. At the low end of the range nothing is counted below, so that
-    only roots that begin to grow there are changes.
+    only roots that begin to grow there are changes. Changes are not certain if a root passes
+    infinity, or if several changes at one zero may cancel in the counts.
     """
     leading, *others = _critical_polynomials(factor)
     if _zeros_within(leading, low, high):

@@ -174,9 +174,10 @@ class Paths:
     def _partners(self, mode: int, is_speed: bool) -> list[int]:
         """The modes that `mode` has met up to the value of `_index_of_growth`, the nearest first.
 
+        That is the subject's own value if the mode grows there, else that of its fastest growth.
         Modes that meet exchange energy. Both hold of a partner, from the first value that has both
-        modes to that of `_index_of_growth`: the frequencies come together, to `NEARER` times their
-        first distance; and the growth rate of the partner falls while that of `mode` rises.
+        modes to this value: the frequencies come together, to `NEARER` times their first distance;
+        and the growth rate of the partner falls while that of `mode` rises.
 
         Over friction two modes may be together from the first value on, as those of a disc: a
         distance of the frequencies below that of the growth rates serves too. Over a speed

@@ -425,9 +425,10 @@ def _proof_of_system(
 ) -> tuple[Proof, list[Interval]]:
     """Try proofs for `system_statement`; arguments as there.
 
-    While a proof stays open beside a crossing, the next one is tried with wider intervals around
-    all crossings. Returns the first proof that is not open, else the last one, and the intervals
-    around the crossings that it was tried with, an empty list if no proof was tried.
+    Each proof shows that one number of roots grows between intervals around the crossings. While it
+    stays open beside a crossing, the next one is tried with wider intervals around all crossings.
+    Returns the first proof that is not open, else the last one, and the intervals that it was tried
+    with, an empty list if no proof was tried.
     """
     from squeal.proof.ranges import SPENT, RangeProof
     from squeal.proof.referee import Proof

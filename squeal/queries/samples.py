@@ -119,6 +119,7 @@ class GrowthSamples:
         if selected.residuals is not None:  # nothing is counted on a reduced system
             residual = float(np.max(selected.residuals, initial=0.0))
             verdict = verdict_of_some(roots, selected.rounding)
+        # `propensity`, the squeal propensity index: the sum of sigma / |lambda| of growing modes
         return Sample(
             parameters=values,
             value=float(fastest.real),

@@ -415,7 +415,11 @@ class ResponseObserver:
     """Samples of the start, of the last part and of the kinetic energy, in natural units."""
 
     def __init__(self, model: PadModel, units: Units, stop: float) -> None:
-        """Choose the times of the samples, up to the end of the run."""
+        """Choose the times of the samples, up to the end of the run, `stop` in natural units.
+
+        At the start and at the end they are evenly spaced; over the whole run they are random, for
+        the mean kinetic energy of its parts.
+        """
         pad = model.pad
         self._units = units
         # weights of the squared rates of (x, y, w theta) in the kinetic energy

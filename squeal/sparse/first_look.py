@@ -203,6 +203,10 @@ class FirstLook(Reduction):
     def __init__(
         self, scaled: ScaledSystem, region: Rectangle, values: Sequence[Parameters]
     ) -> None:
+        """Factorise the structures, and choose the values at which modes are corrected.
+
+        values: of the parameters, in order along the range.
+        """
         super().__init__(scaled, region)
         self.contraction = 0.5  # a guess, for errors of roots before it is known
         self.reduced_basis: ReducedBasis | None = None
@@ -210,7 +214,7 @@ class FirstLook(Reduction):
         self.wide = region.widened(ESTIMATED_MARGIN)
         highest = max(abs(region.low_imag), abs(region.high_imag))
         self.reach = REACH_OF_MODES * highest
-        # the parameters of each structure, by its factors
+        # the parameters of each structure, by its factors: structures of equal factors are one
         parameters_of: dict[tuple[complex, ...], Parameters] = {}
         for k in (0, len(values) // 2, len(values) - 1):
             parameters_of[self._structure_factors(values[k])] = values[k]

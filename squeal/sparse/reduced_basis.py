@@ -290,8 +290,8 @@ class ReducedBasis:
         With the singular values s of the pencil of all modes at the shift and at the parameters
         `middle`, U s V^H, the left states are combined by U / sqrt(s) and the right ones by
         V / sqrt(s): there the pencil becomes the unit matrix. Small s are left out, as in a Loewner
-        realisation. Returns False, with the states as they were, if there are no modes or no more
-        s than before are large.
+        realisation. Returns False, with the states as they were, if there are no modes to add, or
+        if no more s are large than there are states already.
         """
         if not len(modes.values):
             return False

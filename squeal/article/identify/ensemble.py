@@ -68,6 +68,7 @@ def _unsure(segment: Segment) -> np.ndarray:
     or in which several points may have changed in one instant.
     """
     # at the end of the motion a point has passed the surface, but its contact has not changed
+    # `overshoot` (points, n): how far each is beyond the surface, in natural units
     has_wrong_gap = (segment.overshoot > MISSED).any(axis=0)
     unsure = (segment.limit == Limit.FAILED) | (has_wrong_gap & (segment.limit == Limit.NONE))
     changes = segment.changes

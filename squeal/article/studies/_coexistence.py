@@ -387,6 +387,9 @@ def trace(
 ) -> list[Cycle]:
     """A boundary both ways from a point, as far as the plane and the stable cycle reach.
 
+    Returns its cycles in order: those that come with the fall of the first free parameter, the last
+    first, then `first`, then those that come with its rise.
+
     Parameters
     ----------
     first : the cycle on the boundary from which it is traced

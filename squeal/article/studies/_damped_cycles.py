@@ -231,7 +231,7 @@ class Cycles:
         borders: list[np.ndarray] = []
 
         def singular_at_zero(x: np.ndarray) -> float:
-            """The number g at X (10,), zero where the monodromy has the multiplier `sign`."""
+            """The number g at X (10,): the last unknown of the equations of `bordered`."""
             cycle = self.over(x)
             if sign > 0.0:
                 # bordered by the flow, whose direction has the multiplier 1 of a shift in time

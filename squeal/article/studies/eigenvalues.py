@@ -384,7 +384,11 @@ def critical_frequency(loop: FrictionLoop, gain: float) -> float:
 
 
 def loop_of(scene: Scene) -> Loop | Missing:
-    """The loop of a scene under modal damping, or the reason why there is none."""
+    """The loop of a scene under modal damping, or the reason why there is none.
+
+    It has the critical gain (friction) of the frozen equilibrium by two methods, and the first loss
+    of stability of the equilibrium that follows friction.
+    """
     damped = dataclasses.replace(scene, damping=Damping(ratios=(RATIO,) * 3))
     mu = scene.pad.mu
     gains = np.linspace(0.0, GREATEST, GAINS)

@@ -176,7 +176,11 @@ class ComputedRoots(NamedTuple):
 
 
 def roots_of_reduction(reduction: Reduction, changes: Parameters) -> ComputedRoots:
-    """Compute the roots of a reduced system at some parameters."""
+    """Compute the roots of a reduced system at some parameters.
+
+    Each has a residual in the full problem. A first look also knows how far its estimates may be
+    off (1/s), and which of them it has corrected in the full problem.
+    """
     corrected = None
     errors: Array | float = 0.0
     if isinstance(reduction, FirstLook):
