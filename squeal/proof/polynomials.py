@@ -251,7 +251,9 @@ def _crossings(
         if places is None:
             return None
         if places == [0]:
-            return [_Crossing(rise, 0.0)]
+            if abs(rise) == 1 or not _are_real_beside_zero(factor, value):
+                return [_Crossing(rise, 0.0)]
+            return [_Crossing(sign, 0.0)] * 2
         crossing = places
         if len(places) == 1:  # all pairs of the rise cross at the one place
             crossing = places * (abs(rise) // 2)
@@ -288,9 +290,8 @@ def _places_on_axis(factor: Polynomial, value: Value) -> list[Ball] | None:
 
     value: of the parameter, a rational number, or a ball around one that is not rational; of a ball
     the list may hold frequencies at which nothing crosses. None where they are not isolated, and
-    where several roots pass through zero. Two may at a rational value p0 if they are
-    +-sqrt(a (p - p0)) to leading order: a pair on one side of it, and on the other side two real
-    roots, of which one grows.
+    where several roots pass through zero. Two may at a rational value beside which it is certain
+    whether they are real (see `_are_real_beside_zero`).
     """
     even, second = _halves(factor)  # e and o, or the derivative of e if there is no o
     even_at = _coefficients_at(even, value)
@@ -313,13 +314,42 @@ def _places_on_axis(factor: Polynomial, value: Value) -> list[Ball] | None:
             return None
         places.append(omega)
     if flint.arb(even_at[0]).contains(0):
-        if flint.arb(second_at[0]).contains(0):
-            constant_slope = _coefficients_at(even.derivative("p"), value)[0]
-            is_simple = constant_slope != 0 and len(even_at) > 1 and even_at[1] != 0
-            if not (isinstance(value, flint.fmpq) and is_simple):
-                return None
+        are_several = flint.arb(second_at[0]).contains(0)
+        if are_several and _are_real_beside_zero(factor, value) is None:
+            return None
         places.append(flint.arb(0))
     return places
+
+
+def _are_real_beside_zero(factor: Polynomial, value: Value) -> bool | None:
+    """Whether two roots that are both zero at a value p0 are real where both grow.
+
+    They are the roots of a s^2 + b s + c to leading order, with b and c by the powers m and k of
+    p - p0: a pair if c is the larger, k < 2 m; real if b is, k > 2 m; else b^2 - 4 a c tells. None
+    where that is zero, where p0 is no rational number, and where it is not two roots that pass.
+    """
+    if not isinstance(value, flint.fmpq):
+        return None
+    distance = flint.fmpq_poly([value, 1])  # p by its distance from p0
+    parts = [flint.fmpq_poly()] * (factor.degrees()[0] + 1)  # the coefficients of the powers of s
+    for (power, power_of_p), coefficient in factor.to_dict().items():
+        parts[power] += coefficient * distance**power_of_p
+    c, b, a, *_ = parts
+    if a[0] == 0:
+        return None
+    if not b:
+        return False
+    k = _order(c)
+    m = _order(b)
+    if k != 2 * m:
+        return k > 2 * m
+    discriminant = b[m] ** 2 - 4 * a[0] * c[k]
+    return None if discriminant == 0 else discriminant > 0
+
+
+def _order(polynomial: Polynomial) -> int:
+    """The lowest power with a coefficient that is not zero."""
+    return next(power for power, x in enumerate(polynomial.coeffs()) if x)
 
 
 def _common_roots(even: Polynomial, second: Polynomial) -> list[Ball] | None:

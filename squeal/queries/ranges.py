@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from squeal.errors import NO_BALLS, InputError
 from squeal.io.writing import with_known_digits
 from squeal.linear.events import Crossing
-from squeal.linear.matrices import Array, dense, divisor, norm_of
+from squeal.linear.matrices import EPS, Array, dense, divisor, norm_of
 from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term as SystemTerm
@@ -38,6 +38,7 @@ if TYPE_CHECKING:  # scenes start without the referee
 RATE = 1e-6  # of a root: slower growth is not excluded by a proof
 WIDEST_RATE = 1e-3  # of the slowest motion: where no less can be excluded nothing is proved
 WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
+ROUNDINGS = 4  # for each row: of a located root, in its backward error
 WIDER = 200.0  # times wider at each further attempt: rounding hides growth beside a threshold
 ATTEMPTS = 4
 WIDER_BY_DIGITS = 4.0  # the same factor where data have few digits
@@ -385,23 +386,28 @@ def system_statement(
 def enclosed_frequencies(
     system: TermSystem, crossings: Sequence[Crossing], intervals: Sequence[Interval]
 ) -> dict[tuple[float, float], float | None]:
-    """The frequencies (Hz) of those crossings of pairs that counts of growing roots alone show, by
-    the value and the listed frequency of each.
+    """The frequencies (Hz) of those crossings that are not located to rounding, but shown by counts
+    of growing roots, by the value and the listed frequency of each.
 
-    The search takes them from a root at some distance. Here each is enclosed over the interval in
-    which its threshold is proved, and has as many digits as the enclosure leaves; None where it
-    leaves none.
+    The search takes them from a root at some distance. Here that of a pair is enclosed over the
+    interval in which its threshold is proved, and has as many digits as the enclosure leaves; None
+    where it leaves none. It is 0 of a single real root, and None of several in one interval: they
+    may be a slow pair there that soon turns into two real roots.
     """
     from squeal.proof.ranges import frequency_on_axis
 
     frequencies: dict[tuple[float, float], float | None] = {}
     terms = _terms_in_balls(system)
     for crossing in crossings:
-        if crossing.kind != "flutter" or crossing.residual is not None:
+        if crossing.residual is not None and crossing.residual <= ROUNDINGS * EPS * system.n:
             continue
-        frequency = None
+        frequency: float | None = None
         for low, high in intervals:
             if not low <= crossing.mu <= high:
+                continue
+            if crossing.kind == "divergence":
+                alike = [c for c in crossings if c.kind == "divergence" and low <= c.mu <= high]
+                frequency = 0.0 if len(alike) == 1 else None
                 continue
             bounds = frequency_on_axis(terms, low, high, 2 * math.pi * crossing.frequency_hz)
             if bounds is None:

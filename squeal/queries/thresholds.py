@@ -44,7 +44,7 @@ if TYPE_CHECKING:  # pads start without the referee and the solvers of systems
 ADMISSIBLE_TO = 1e-9  # relative: to which the end of the admissible range is located
 NEAR_FOLD = 1e-9  # relative: closer to a fold rounding makes spurious thresholds
 GROWS_OUTSIDE = "what grows outside of the band or region may enter it while it grows"
-NO_FREQUENCY = "of a crossing that counts alone show no digit of the frequency is proved"
+NO_FREQUENCY = "of a crossing that is not located to rounding no frequency is proved"
 
 Located = TypeVar("Located", CriticalPoint, Crossing)
 

@@ -506,3 +506,40 @@ def test_the_frequency_of_a_slow_crossing_is_right_in_the_digits_that_it_has(par
         assert np.abs(hertz - known).min() <= max(0.6 * unit, 2e-7 * hertz)
     for point in answer.points:
         assert point.frequency_hz == flutters.get(point.mu, point.frequency_hz)
+
+
+THROUGH_ZERO = {
+    "a pair": ("-(mu-0.5)", "(mu-0.5)**2", ["flutter"]),
+    "a slow pair": ("-0.01*(mu-0.3)", "3*(mu-0.3)**2", ["flutter"]),
+    "two real roots": ("-3*(mu-0.5)", "(mu-0.5)**2", ["divergence", "divergence"]),
+    "two real roots of two sizes": ("-(mu-0.5)", "(mu-0.5)**4", ["divergence", "divergence"]),
+    "a pair that hardly grows": ("-(mu-0.5)**3", "(mu-0.5)**2", ["flutter"]),
+    "a real root that becomes a pair": ("-(mu-0.5)", "mu-0.5", ["divergence", "flutter"]),
+}
+
+
+@pytest.mark.parametrize(("C", "K", "kinds"), THROUGH_ZERO.values(), ids=list(THROUGH_ZERO))
+def test_roots_that_pass_zero_together_are_what_they_are_beyond(C, K, kinds):
+    """s^2 + C s + K = 0 has two roots of zero at the threshold."""
+    system = squeal.System([[1.0]], {C: [[1.0]]}, {K: [[1.0]]})
+    answer = squeal.thresholds(system, 1.0, low=0.0)
+    assert answer.certified
+    assert [crossing.kind for crossing in answer.crossings] == kinds
+    assert [crossing.frequency_hz for crossing in answer.crossings] == [0.0] * len(kinds)
+    threshold = answer.crossings[0].mu
+    for value in (threshold + 0.03, threshold + 0.25):
+        assert squeal.eigenvalues(system.replace({"mu": value})).verdict == kinds[-1]
+    assert answer.points[-1].kind == kinds[-1]
+
+
+@pytest.mark.parametrize("stiffness", [1e-10, 4e-12, 3e-13])
+def test_a_slow_pair_that_soon_turns_into_two_real_roots_is_no_divergence(stiffness):
+    left = np.array([[2.0, 1.0], [1.0, 1.0]])
+    dampings = ["(0.375-mu)/(mu+5)", "(0.71875-mu)/(mu+2)"]
+    answer = squeal.thresholds(hidden(left, np.eye(2), [8.0, stiffness], dampings), 1.0, low=0.0)
+    assert answer.certified
+    _, slow = answer.crossings
+    assert (slow.mu, slow.kind) == (pytest.approx(0.71875, abs=1e-6), "flutter")
+    unit = 10.0 ** Decimal(repr(slow.frequency_hz)).as_tuple().exponent
+    error = abs(slow.frequency_hz - math.sqrt(stiffness) / (2 * math.pi))
+    assert error <= max(0.6 * unit, 2e-7 * slow.frequency_hz)
