@@ -17,20 +17,23 @@ if TYPE_CHECKING:
 PENALTY = 1e10  # how far a support's diagonal entry stands above all others
 
 
-def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArray[np.intp]:
+def support_rows(masses: Array, diagonal: Array, couplings: csc_array) -> NDArray[np.intp]:
     """The indices (k,) of the rows that are supports, in order; empty if there are none.
 
     Sorted by stiffness, supports are the rows above a gap of `PENALTY` between neighbours: the
     first such gap that has most rows below it. Their stiffnesses must also be `PENALTY` times the
-    couplings to them and their inertias at the fastest frequency of a free row.
+    couplings to them and their inertias at the fastest frequency of a free row. A row of negative
+    stiffness is none, since nothing holds it.
 
     Parameters
     ----------
-    masses, stiffness : array (n,)
-        Sizes of the diagonal entries of M and of K at the system's own parameters.
+    masses, diagonal : array (n,)
+        Sizes of the diagonal entries of M, and real parts of those of K, at the system's own
+        parameters.
     couplings : csc_array (n, n)
         The sizes that entries of K off the diagonal may have, at any parameters.
     """
+    stiffness = np.abs(diagonal)
     by_size = np.argsort(stiffness)
     by_size = by_size[stiffness[by_size] > 0.0]
     is_gap = stiffness[by_size[1:]] >= PENALTY * stiffness[by_size[:-1]]
@@ -41,6 +44,9 @@ def support_rows(masses: Array, stiffness: Array, couplings: csc_array) -> NDArr
     if not first_above.size:
         return by_size[:0]
     rows = np.sort(by_size[first_above[0] :])
+    rows = rows[diagonal[rows] > 0.0]
+    if not rows.size:
+        return rows
     free = np.setdiff1d(np.arange(stiffness.size), rows)
     free_with_mass = free[masses[free] > 0.0]
     # omega^2 of the stiffest free row by itself

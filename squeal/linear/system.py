@@ -549,7 +549,7 @@ def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
         size = max(abs(term.factor.value(frozen.parameters)), 1.0)
         couplings += size * abs(csc_array(term.matrix))
     couplings.setdiag(0.0)
-    supports = support_rows(np.abs(M.diagonal()), np.abs(K.diagonal()), couplings)
+    supports = support_rows(np.abs(M.diagonal()), K.diagonal().real, couplings)
     if not supports.size:
         return system, supports
     assumption = f"{rows_in_words(supports.size)} taken for supports and left out"

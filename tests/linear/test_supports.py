@@ -39,6 +39,27 @@ def test_stiff_springs_between_coordinates_and_mixed_units_are_no_supports(K, ma
     assert not without_supports(system)[1].size
 
 
+@pytest.mark.parametrize(
+    "diagonal",
+    [
+        (1e-17, -7.0, 2e-17),
+        (1e-17, 3e-17, 2e-17, -7.0),
+        (1.0, 2.0, -1e22),
+        (1.0, 2.0, 3.0, 1e22, -1e22),  # which nothing holds: no penalty stands above it
+        (-1e-17, -2e-17, -7.0),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:.*are M and K swapped")
+def test_a_row_of_negative_stiffness_is_no_support_and_grows(diagonal):
+    system = TermSystem((Term(np.eye(len(diagonal))),), (), (Term(np.diag(diagonal)),))
+    rest, rows = without_supports(system)
+    assert not rows.size
+    answer = squeal.eigenvalues(rest)
+    assert answer.verdict == "divergence"
+    fastest = max(root.value.real for root in answer.eigenvalues)
+    assert fastest == pytest.approx(np.sqrt(-min(diagonal)), rel=1e-12)
+
+
 COUPLED = np.zeros((3, 3))
 COUPLED[0, 1] = 5e6
 COUPLED[1, 0] = -5e6
