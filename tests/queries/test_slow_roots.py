@@ -140,3 +140,21 @@ def test_rounding_of_a_fast_decay_hides_neither_the_slowest_motion_nor_oscillati
     assert rates.slowest == pytest.approx(float(min(map(abs, exact))), rel=1e-8, abs=0.0)
     assert rates.slowest_oscillation == pytest.approx(float(min(oscillations)), rel=1e-4)
     assert rates.fastest == pytest.approx(float(max(map(abs, exact))))
+
+
+@pytest.mark.filterwarnings("ignore:.*M is no mass")
+@pytest.mark.parametrize(
+    ("stiffness", "rows"), [(-7e-15, 3), (-7e-15, 2), (7e-15, 3), (-3e-17, 3), (-2.5e-16, 4)]
+)
+def test_a_slow_row_beside_a_regular_block_has_exact_roots(stiffness, rows):
+    """lambda^4 = stiffness * 2 of the first two rows, where the solver computes zeros."""
+    pytest.importorskip("flint")
+    M = np.eye(rows)
+    M[:2, :2] = [[0.0, 1.0], [1.0, 0.0]]
+    K = np.diag([stiffness, 2.0, 3.0, 5.0][:rows])
+    answer = squeal.eigenvalues(squeal.System(M, K=K))
+    known = [root.value for root in answer.eigenvalues if abs(root.value) < 1.0]
+    assert answer.certified
+    assert answer.verdict == ("flutter" if stiffness < 0.0 else "divergence")
+    assert len(known) == 4
+    assert np.array(known) ** 4 == pytest.approx(2.0 * stiffness, rel=1e-6)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputWarning, MatrixError
+from squeal.errors import ComputationError, InputWarning, MatrixError
 from squeal.io.writing import JsonObject
 from squeal.linear.eigen import Eigenvalue, growth_of, values_of
 from squeal.linear.matrices import MCK, Array, Matrix, SingularTogetherError, dense_matrices
@@ -408,9 +408,10 @@ def _only_verdict(proof: Proof) -> str | None:
 
 
 def exact_spectrum(
-    M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularTogetherError
+    M: Matrix, C: Matrix | None, K: Matrix, unsure: ComputationError | SingularTogetherError
 ) -> EigenvalueTuple:
-    """Compute all finite roots in exact arithmetic, where M, C and K may be singular together.
+    """Compute all finite roots in exact arithmetic, where rounding hides which of them are zero, or
+    whether M, C and K are singular together.
 
     If they are, det(z^2 M + z C + K) = 0 for every z. In doubles that cannot be told from a
     determinant that merely is small.
@@ -419,14 +420,14 @@ def exact_spectrum(
     ----------
     M, C, K : arrays or sparse matrices (n, n)
         Their entries are taken as given. C may be None.
-    unsure : SingularTogetherError
-        What the solver in doubles raised.
+    unsure : ComputationError or SingularTogetherError
+        What to raise where exact arithmetic fails too.
 
     Raises
     ------
     MatrixError
         If they are singular together.
-    SingularTogetherError
+    ComputationError, SingularTogetherError
         The error `unsure`, for complex matrices and where exact arithmetic fails.
     """
     from squeal.proof.balls import Quadratic

@@ -409,7 +409,8 @@ def _roots_of_matrices(
 def _dense_roots(matrices: MCK) -> EigenvalueTuple:
     """Compute all finite roots by the quadratic eigensolver, which allows a singular or complex M.
 
-    Raises ComputationError where rounding hides which of them are zero.
+    Where rounding hides which of them are zero they are computed in exact arithmetic. Raises
+    ComputationError where that fails.
     """
     M, C, K = matrices
     try:
@@ -419,7 +420,7 @@ def _dense_roots(matrices: MCK) -> EigenvalueTuple:
     has_zeros = not all(root.value for root in roots)
     # det K = 0 at a root of zero: where K is clearly regular the zeros are slow roots that are lost
     if has_zeros and np.linalg.cond(unit_diagonal(K)) < REGULAR:
-        raise ComputationError(f"no eigenvalue can be given: {STIFF}")
+        return exact_spectrum(M, C, K, ComputationError(f"no eigenvalue can be given: {STIFF}"))
     return roots
 
 
