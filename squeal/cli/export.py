@@ -25,7 +25,6 @@ from squeal.queries.eigenvalues import data_of_pad
 from squeal.queries.pads.equilibrium import DIGITS, analyse
 from squeal.queries.systems.matrices import write_assembly, write_system
 from squeal.queries.systems.reduced import basis_of
-from squeal.queries.systems.seat import system_with_held_seat
 from squeal.queries.systems.system_analysis import SystemAnalysis
 
 if TYPE_CHECKING:
@@ -74,7 +73,8 @@ def run(given: argparse.Namespace) -> Reply:
     elif given.method in (None, "full"):
         whole_system = "a whole system; --method reduced or modal takes it"
         refuse(given, "band", "region", "values", beside=whole_system)
-        system = system_with_held_seat(subject)
+        whole = subject if subject.assembly is None else subject.assembly
+        system = whole.system
         files = write_system(folder, system, given.format)
         exported = _Exported(system, files)
     else:

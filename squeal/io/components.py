@@ -208,9 +208,9 @@ def assembly_file(
         return replace(assembly, joined_at=join_at)
 
     assembly = join(all_bodies, file_values, cutoff)
-    warn_of_unused_parameters(unused, assembly.system, at / "parameters")
+    warn_of_unused_parameters(unused, assembly.seated_system, at / "parameters")
     return SystemFile(
-        assembly.system,
+        assembly.seated_system,
         reference=keys.get("reference", ""),
         origins=tuple(origins),
         inputs=tuple(inputs),

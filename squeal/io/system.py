@@ -150,7 +150,7 @@ class SystemFile:
         if self.assembly is None:
             return replace(self, system=self.system.replace(changes))
         assembly = self.assembly.joined_at(changes)
-        return replace(self, system=assembly.system, assembly=assembly)
+        return replace(self, system=assembly.seated_system, assembly=assembly)
 
 
 def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:

@@ -45,7 +45,7 @@ class _RootError(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Components joined by contact: the `system` of all rows, component after component.
+    """Components joined by contact: the `seated_system` of all rows, component after component.
 
     It holds for small motions about the seat: `seats` are the contacts under the load, and
     `displacements` (n,) what the load moves all rows by, in m. `components` are as they were
@@ -64,12 +64,35 @@ class Assembly:
     (2, inf, 2)
     """
 
-    system: System
+    seated_system: System
     components: tuple[Component, ...] = field(repr=False)
     seats: tuple[StaticContact, ...]
     displacements: Array = field(repr=False)
     contacts: tuple[Contact, ...] = field(repr=False)
     joined_at: Callable[[Parameters], Assembly] = field(repr=False)
+
+    @property
+    def system(self) -> System:
+        """The system, to be used without its components, which alone can seat contact anew: that
+        contact is held is an assumption then, if it may change."""
+        system = self.seated_system
+        if not self.contacts_that_may_change:
+            return system
+        value = system.parameters[system.parameter]
+        return system.assuming(f"contact is held as it is seated at {system.parameter} = {value:g}")
+
+    @property
+    def contacts_that_may_change(self) -> list[Contact]:
+        """Contacts whose matrices depend on their normal forces.
+
+        Some of their pairs are open or stiffen with the force, or their forces damp.
+        """
+        changing = []
+        for contact, seat in zip(self.contacts, self.seats, strict=True):
+            is_fixed = seat.constant and seat.closed.all()
+            if not is_fixed or contact.is_damped:
+                changing.append(contact)
+        return changing
 
     @property
     def cutoff(self) -> float:
@@ -84,7 +107,7 @@ class Assembly:
             return None
         return {
             "method": "components",
-            "size": self.system.n,
+            "size": self.seated_system.n,
             "rows": sum(body.rows or body.system.n for body in self.components),
             "cutoff_hz": self.cutoff,
         }
@@ -322,7 +345,7 @@ def assemble(
         return assemble(bodies, located, {**system.parameters, **changes}, parameter, name)
 
     return Assembly(
-        system=system,
+        seated_system=system,
         components=tuple(bodies),
         seats=tuple(seats),
         displacements=displacements,

@@ -417,6 +417,35 @@ def test_without_a_threshold_another_seat_along_the_range_withdraws_the_certific
     assert anew.verdict == "flutter"
 
 
+@pytest.mark.parametrize(
+    ("keys", "load", "is_assumed"),
+    [
+        ({}, -6.0, False),  # it is closed, and its stiffness is a number
+        ({"gap": [0.0, 1.0]}, -6.0, True),  # one of two pairs is open
+        ({"exponent": 0.5}, -6.0, True),
+        ({"exponent": 0.9, "reference": 12.0}, -12.0, True),
+        ({"speed": "5.0"}, -6.0, True),  # forces damp
+    ],
+)
+def test_the_system_of_components_alone_holds_its_contact_by_assumption(keys, load, is_assumed):
+    disc = squeal.System(np.eye(2), np.eye(2), 200.0 * np.eye(2), name="disc")
+    pad = squeal.System(np.eye(4), np.eye(4), 10.0 * np.eye(4), name="pad")
+    bodies = [
+        squeal.Component(disc, [1, 2], [2, 2]),
+        squeal.Component(pad, [1, 1, 2, 2], [0, 2, 0, 2], load=[0.0, load, 0.0, load]),
+    ]
+    keys = {"stiffness": 50.0, "sliding": (1, 0, 0)} | keys
+    touch = squeal.Contact(("disc", "pad"), [(1, 1), (2, 2)], (0, 0, 1), **keys)
+    joined = squeal.assemble(bodies, [touch], {"mu": 0.1})
+    assumed = [text for text in joined.system.assumptions if "held as it is seated at mu" in text]
+    assert len(assumed) == is_assumed
+    assert not joined.seated_system.assumptions
+    assert squeal.eigenvalues(joined).certified
+    alone = squeal.thresholds(joined.system, high=1.0)
+    assert alone.certified is not is_assumed
+    assert not is_assumed or assumed[0] in alone.doubts
+
+
 def test_a_free_parameter_of_a_load_alone_is_noted_and_certifies_nothing(brake):
     """No matrix depends on the pressure, but contact that stiffens with it is another at each."""
     path, *_ = brake

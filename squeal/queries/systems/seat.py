@@ -8,13 +8,11 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear.system import System
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.data_precision import with_doubts
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Place
-from squeal.sparse.assembly import ASSEMBLY_DEFAULTS, Assembly
-from squeal.sparse.contact_seat import Contact
+from squeal.sparse.assembly import ASSEMBLY_DEFAULTS
 
 SEATED = 5  # values along a range, both ends among them, at which contact is seated anew
 SAME = 1e-6  # of the largest: up to it stiffnesses and forces of two seats are the same
@@ -31,19 +29,8 @@ def seat_note(file: SystemFile) -> str:
     if assembly is None or not any(contact.has_seat for contact in assembly.contacts):
         return ""
     parameter = file.system.parameter
-    at = f"{parameter} = {number(assembly.system.parameters[parameter])}"
+    at = f"{parameter} = {number(assembly.seated_system.parameters[parameter])}"
     return f"contact is that seated at {at}; {parameter}=VALUE in the file seats it anew"
-
-
-def system_with_held_seat(file: SystemFile) -> System:
-    """The system of a file, to be used without its components, which alone can seat contact anew:
-    that contact is held is an assumption then, if it may change."""
-    assembly = file.assembly
-    if assembly is None or not _contacts_that_may_change(assembly):
-        return file.system
-    parameter = file.system.parameter
-    value = number(assembly.system.parameters[parameter])
-    return file.system.assuming(f"contact is held as it is seated at {parameter} = {value}")
 
 
 def seat_parameters(file: SystemFile) -> list[str]:
@@ -58,25 +45,12 @@ def seat_parameters(file: SystemFile) -> list[str]:
     assembly = file.assembly
     if assembly is None:
         return []
-    seated = assembly.system
+    seated = assembly.seated_system
     # no matrix depends on these; the parameters that every assembly has are left out
     names = seated.parameters.keys() - seated.names - ASSEMBLY_DEFAULTS.keys()
-    for contact in _contacts_that_may_change(assembly):
+    for contact in assembly.contacts_that_may_change:
         names |= Formula(contact.factor).names - {seated.parameter}
     return sorted(names)
-
-
-def _contacts_that_may_change(assembly: Assembly) -> list[Contact]:
-    """Contacts whose matrices depend on their normal forces.
-
-    Some of their pairs are open or stiffen with the force, or their forces damp.
-    """
-    changing = []
-    for contact, seat in zip(assembly.contacts, assembly.seats, strict=True):
-        is_fixed = seat.constant and seat.closed.all()
-        if not is_fixed or contact.is_damped:
-            changing.append(contact)
-    return changing
 
 
 def note_of_seat_parameters(file: SystemFile) -> str:
@@ -90,7 +64,7 @@ def note_of_seat_parameters(file: SystemFile) -> str:
         verb = "acts" if len(names) == 1 else "act"
         remedy = f"{names[0]}=VALUE in the file seats contact anew"
         notes.append(f"{', '.join(names)} {verb} through the seat: {remedy}")
-    if file.assembly is not None and _contacts_that_may_change(file.assembly):
+    if file.assembly is not None and file.assembly.contacts_that_may_change:
         notes.append(
             "the effect of parameters on which pairs are closed and on contact forces is left out"
         )

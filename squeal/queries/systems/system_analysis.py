@@ -280,6 +280,6 @@ def file_of(subject: object) -> SystemFile:
     if isinstance(subject, System):
         return SystemFile(subject)
     if isinstance(subject, Assembly):
-        return SystemFile(subject.system, assembly=subject)
+        return SystemFile(subject.seated_system, assembly=subject)
     allowed = "it must be a System, an Assembly or what read_system gives"
     raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
