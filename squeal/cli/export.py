@@ -75,7 +75,7 @@ def run(given: argparse.Namespace) -> Reply:
         refuse(given, "band", "region", "values", beside=whole_system)
         whole = subject if subject.assembly is None else subject.assembly
         system = whole.system
-        files = write_system(folder, system, given.format)
+        files = write_system(folder, system, given.format, is_new=True)
         exported = _Exported(system, files)
     else:
         exported = _export_reduced(given, subject)
@@ -115,7 +115,7 @@ def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
         system = system.assuming(doubt)
     # at another friction the equilibrium differs, and with it the matrices
     note = f"linearised at mu = {scene.pad.mu:g}; the matrices depend on no parameter"
-    files = write_system(given.output, system, given.format, reference=note)
+    files = write_system(given.output, system, given.format, is_new=True, reference=note)
     return _Exported(system, files, note=note)
 
 
@@ -123,7 +123,7 @@ def _export_assembly(given: argparse.Namespace, subject: "SystemFile") -> _Expor
     """Components as they were reduced, and the file that joins them."""
     refuse(given, "region", "values", beside="components; --method reduced or modal takes it")
     source = given.source
-    with whole_folder(given.output) as folder:
+    with whole_folder(given.output, is_new=True) as folder:
         files = write_assembly(folder, subject, source.document, source.folder, given.format)
     basis = subject.assembly.reduction
     return _Exported(subject.system, files, file="assembly.yaml", basis=basis)
@@ -142,6 +142,6 @@ def _export_reduced(given: argparse.Namespace, subject: "SystemFile") -> _Export
             stacklevel=2,
         )
     system = reduction.standalone_system
-    files = write_system(given.output, system, given.format)
+    files = write_system(given.output, system, given.format, is_new=True)
     basis = basis_of(reduction, analysis.selection)
     return _Exported(system, files, basis=basis)

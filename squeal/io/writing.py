@@ -15,7 +15,7 @@ import tempfile
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from copy import deepcopy
 from dataclasses import dataclass
 from enum import Enum
@@ -31,6 +31,7 @@ SHOWN = 40  # rows that the command line prints
 FEW = 10  # rows in a representation
 TABLES = (".csv", ".json")
 FIGURES = (".pdf", ".png", ".svg")
+TEMPORARY = ".squeal-"  # begins the names of files and folders that are removed at the end
 JsonObject: TypeAlias = dict[str, Any]
 """An object as JSON holds it: values by key."""
 
@@ -79,16 +80,37 @@ def _replace(target: Path, complete: Path) -> None:
 
 
 @contextmanager
-def whole_folder(folder: Path) -> Iterator[Path]:
+def _claimed(folder: Path) -> Iterator[None]:
+    """Refuse to write into a folder that is not empty, or into which another process writes.
+
+    Folders of `whole_folder` in it do not count. Raises InputError.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    claim = folder / f"{TEMPORARY}claim"
+    try:
+        claim.touch(exist_ok=False)
+    except FileExistsError:
+        raise InputError(f"{folder}: another process writes into it") from None
+    try:
+        if not all(entry.name.startswith(TEMPORARY) for entry in folder.iterdir()):
+            raise InputError(f"{folder}: is not empty any more; a new or empty folder is allowed")
+        yield
+    finally:
+        claim.unlink()
+
+
+@contextmanager
+def whole_folder(folder: Path, is_new: bool = False) -> Iterator[Path]:
     """A temporary folder, whose files and folders move to `folder` at the end of the context.
 
-    `folder` may exist; files of the same names are replaced. After an error in the context nothing
-    moves. Raises InputError.
+    `folder` may exist; files of the same names are replaced. If it `is_new` it must be empty, and
+    of several processes one writes into it. After an error in the context nothing moves. Raises
+    InputError.
     """
     existing = next(parent for parent in (folder, *folder.parents) if parent.is_dir())
     with (
         _refused_by_system(folder),
-        tempfile.TemporaryDirectory(dir=existing, prefix=".") as temporary,
+        tempfile.TemporaryDirectory(dir=existing, prefix=TEMPORARY) as temporary,
     ):
         root = Path(temporary)
         try:
@@ -101,11 +123,12 @@ def whole_folder(folder: Path) -> Iterator[Path]:
             if target.exists():
                 _refuse_other_kind(target, complete)
             moves.append((complete, target))
-        for complete, target in moves:
-            if complete.is_dir():
-                target.mkdir(parents=True, exist_ok=True)
-            else:
-                _replace(target, complete)
+        with _claimed(folder) if is_new else nullcontext():
+            for complete, target in moves:
+                if complete.is_dir():
+                    target.mkdir(parents=True, exist_ok=True)
+                else:
+                    _replace(target, complete)
 
 
 def _refuse_other_kind(target: Path, complete: Path) -> None:

@@ -62,6 +62,37 @@ def test_a_written_file_keeps_the_permissions_of_the_one_before(tmp_path):
         assert (tmp_path / name).stat().st_mode & 0o777 == 0o666 & ~mask
 
 
+def write_beside(folder, meanwhile):
+    """Write late.csv into a new folder; `meanwhile` is called before it is complete."""
+    with whole_folder(folder, is_new=True) as late:
+        TABLE.save(late / "late.csv")
+        meanwhile()
+
+
+@pytest.mark.parametrize("exists", [False, True])
+@pytest.mark.parametrize("other", ["new.csv", "x/new.csv"])
+def test_of_two_that_write_into_a_new_folder_one_is_refused(tmp_path, exists, other):
+    folder = tmp_path / "deep" / "out"
+    if exists:
+        folder.mkdir(parents=True)
+
+    def write_other():
+        with whole_folder(folder, is_new=True) as early:
+            (early / other).parent.mkdir(exist_ok=True)
+            TABLE.save(early / other)
+
+    with pytest.raises(InputError, match="out: is not empty any more; a new or empty folder"):
+        write_beside(folder, write_other)
+    assert [path for path in folder.rglob("*") if path.is_file()] == [folder / other]
+
+
+def test_no_folder_is_written_while_another_process_writes_it(tmp_path):
+    claim = tmp_path / ".squeal-claim"
+    with pytest.raises(InputError, match="another process writes into it"):
+        write_beside(tmp_path, claim.touch)
+    assert list(tmp_path.iterdir()) == [claim]
+
+
 def test_no_pipe_and_no_folder_is_replaced_by_a_file(tmp_path):
     pipe = tmp_path / "pipe.csv"
     os.mkfifo(pipe)

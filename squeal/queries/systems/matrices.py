@@ -99,7 +99,9 @@ def matrix_list(file: SystemFile) -> list[JsonObject]:
     return rows
 
 
-def write_system(folder: Path, system: TermSystem, suffix: str, **more: Any) -> list[JsonObject]:
+def write_system(
+    folder: Path, system: TermSystem, suffix: str, is_new: bool = False, **more: Any
+) -> list[JsonObject]:
     """Write each term of a system to a file, and the system file that reads them again.
 
     Parameters
@@ -110,6 +112,8 @@ def write_system(folder: Path, system: TermSystem, suffix: str, **more: Any) -> 
         The system.
     suffix : str
         Suffix of the matrix files, which says their format: mtx, mat or npz.
+    is_new : bool
+        Whether the folder has to be empty.
     **more
         Further keys of the system file.
 
@@ -125,7 +129,7 @@ def write_system(folder: Path, system: TermSystem, suffix: str, **more: Any) -> 
     """
     rows = []
     document = _keys_beside_matrices(system)
-    with whole_folder(folder) as target:  # all files or none
+    with whole_folder(folder, is_new) as target:  # all files or none
         for part, terms in zip("MCK", system.parts, strict=True):
             for i, term in enumerate(terms):
                 file = f"{part}{i}.{suffix}"
