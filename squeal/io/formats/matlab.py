@@ -149,8 +149,9 @@ def _elements(data: bytes, order: str) -> list[_Element]:
 def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]:
     """The name and the matrix of an array; of a struct those of its fields; none of text.
 
-    data: the bytes of the array's data element; prefix: what stands before the name, as `model.`
-    does before a field of the struct `model`. Raises ValueError, LookupError.
+    data: the bytes of the array's data element; order: that of the bytes of a number, "<" or ">";
+    prefix: what stands before the name, as `model.` does before a field of the struct `model`.
+    Raises ValueError, LookupError.
     """
     flags, dimensions, name, *parts = _elements(data, order)
     flag_word, _ = np.frombuffer(flags.data, f"{order}u4").tolist()
