@@ -38,7 +38,8 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
 
 
 def _fitted_exponent(samples: np.ndarray, step: float) -> complex | None:
-    """The exponent of one try of `exponent`, from all the samples (n, d); None without a result."""
+    """The exponent of one try of `exponent`, from all the samples (n, d), which lie the time `step`
+    apart; None without a result."""
     modes = _dynamic_modes(samples)
     if modes is None:
         return None
