@@ -230,7 +230,7 @@ class Angle(Number):
 
 def warn_of_degrees(value: Value, at: Place) -> None:
     """Warn of an angle beyond a full turn that is not written as a multiple of pi."""
-    if isinstance(value, int | float) and abs(value) > 2 * math.pi:
+    if isinstance(value, int | float) and abs(value) > math.tau:
         words = f"{value:g} rad is more than a full turn; if degrees are meant, write "
         at.warn(f"{words}{value / 180:.6g}*pi")
 

@@ -240,7 +240,7 @@ def solid_brake(rows: int = 2000, around: int = ROUND) -> SolidBrake:
         level += 1
     along_pad = around * PAD // ROUND * level  # elements under the pad, in the direction of phi
     radii = np.linspace(sizes.inner, sizes.outer, 2 * level + 1)
-    angles = 2 * np.pi * np.arange(around * level) / (around * level)  # 2 pi is the first one again
+    angles = math.tau * np.arange(around * level) / (around * level)  # 2 pi is the first one again
     pad_radii = radii[level:]
     pad_angles = angles[: along_pad + 1]
     disc_heights = np.linspace(-sizes.thickness, 0.0, level + 1)

@@ -461,7 +461,7 @@ def _onset_before(path: Sequence[_SpectrumOnPath], k: int, result: Thresholds) -
     for i in range(len(path) - 1, 0, -1):
         continuation, before = path[i - 1]
         later_continuation, after = path[i]
-        hertz = after.omegas[k] / (2 * np.pi)
+        hertz = after.omegas[k] / math.tau
         if continuation is later_continuation:
             order = Step(before, after).order
             k = int(np.argsort(order)[k])  # the inverse of `order`: the index before

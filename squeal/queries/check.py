@@ -174,7 +174,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
         free = int(np.sum(np.abs(lowest.squares) <= lowest.errors))
         negative = int(np.sum(lowest.squares < -lowest.errors))
         vibrating = lowest.squares[lowest.squares > lowest.errors]
-        hertz = (np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist()
+        hertz = (np.sqrt(vibrating[:modes]) / math.tau).tolist()
         hints_of_modes = _hints_of_slow_motions(lowest)
     if analysis.component_reduction is not None:  # components were reduced to modes up to a cutoff
         hertz = [frequency for frequency in hertz if frequency <= file.assembly.cutoff]
@@ -251,7 +251,7 @@ def _hints_of_slow_motions(lowest: RealModes) -> list[str]:
     slow = lowest.squares[(sizes > lowest.errors) & (sizes <= lowest.noise)]
     if not slow.size:
         return []
-    fastest = math.sqrt(np.abs(slow).max()) / (2 * np.pi)
+    fastest = math.sqrt(np.abs(slow).max()) / math.tau
     kind = f"at up to {fastest:.2g} Hz"
     if slow.min() < 0.0:
         kind = f"|omega|/2pi up to {fastest:.2g} Hz, {np.sum(slow < 0.0)} of negative stiffness"

@@ -409,11 +409,11 @@ def enclosed_frequencies(
                 alike = [c for c in crossings if c.kind == "divergence" and low <= c.mu <= high]
                 frequency = 0.0 if len(alike) == 1 else None
                 continue
-            bounds = frequency_on_axis(terms, low, high, 2 * math.pi * crossing.frequency_hz)
+            bounds = frequency_on_axis(terms, low, high, math.tau * crossing.frequency_hz)
             if bounds is None:
                 continue
             middle = sum(bounds) / (4 * math.pi)
-            error = 10 * (bounds[1] / (2 * math.pi) - middle)  # ten times: all digits are right
+            error = 10 * (bounds[1] / math.tau - middle)  # ten times: all digits are right
             if error < middle:
                 frequency = float(with_known_digits(middle, middle - error, middle + error))
         frequencies[crossing.mu, crossing.frequency_hz] = frequency

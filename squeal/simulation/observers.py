@@ -459,7 +459,7 @@ class ResponseObserver:
         before_any_change = self._first.states[self._first.times < self._first_change]
         growth = exponent(before_any_change, self._step)
         if growth is not None:
-            hertz = growth.imag / (2 * np.pi * time)
+            hertz = growth.imag / (math.tau * time)
             response = Response(growth_rate=growth.real / time, growth_frequency_hz=hertz)
         frequency, share = strongest_line(last[:, 3:] * np.sqrt(self._mass), self._step)
         # too few periods show neither a line nor an amplitude, nor whether the motion has settled

@@ -270,7 +270,7 @@ def threshold_slopes(
     scaled = ScaledSystem(system)
     slopes = []
     for value, hertz in crossings:
-        omega = 2 * np.pi * hertz
+        omega = math.tau * hertz
         frozen = system.replace({system.parameter: value}).frozen(omega)
         matrix_slopes = derivatives(frozen)  # dM, dC, dK by each parameter
         del matrix_slopes[system.parameter]
@@ -295,7 +295,7 @@ def _slopes_of_crossing(
     for name, pair in pairs.items():
         at_held_frequency[name] = np.array(pair)
     # pair[1] is the derivative of the frequency in Hz
-    return at_own_frequency(system, at_held_frequency, lambda pair: 2 * np.pi * pair[1])
+    return at_own_frequency(system, at_held_frequency, lambda pair: math.tau * pair[1])
 
 
 def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresholds:
@@ -328,7 +328,7 @@ def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresho
     def widened_one(located: Located) -> Located:
         distance = math.inf  # of several modes that cross at once `_shift` gives none
         with suppress(ComputationError):
-            omega = 2 * np.pi * located.frequency_hz
+            omega = math.tau * located.frequency_hz
             distance = _shift(scaled, assembly if basis else None, located.mu, omega)
         low, high = located.interval
         interval = (max(low - distance, answer.low), min(high + distance, answer.high))
@@ -466,7 +466,7 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     crosses_here = residuals <= largest  # (pairs,)
     if crosses_here.sum() != 1:
         crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
-        where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
+        where = f"{system.parameter} = {value:.9g}, {abs(root) / math.tau:.6g} Hz"
         raise ComputationError(f"{crosses} the imaginary axis at {where}: no derivative is known")
     scale = scaled.scale  # of the rows and columns: back to the coordinates of the system
 
