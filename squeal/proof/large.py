@@ -446,13 +446,13 @@ def _form(N: csc_array, K: csc_array, sigma: float) -> _Form:
 
 
 def _inertia_of_all(form: _Form, sigma: float) -> _InertiaOfAll | None:
-    """The inertia of the matrix T of a form, and of all symmetric matrices near T.
+    """The number of negative eigenvalues of the matrix T of a form, and of all matrices near T.
 
-    Near is a matrix X with |v' (X - T) v| <= gap sum (weights v)^2 for each v, of the weights of
-    the form, whose squares are at most diag(N). It is known if T + margin sigma diag(N) and
-    T - margin sigma diag(N) have the same number of negative eigenvalues: all matrices between have
-    that number too. None if at each of the `MARGINS` the two numbers differ, or one of them is not
-    known for rounding.
+    A symmetric matrix X is near T if |v' (X - T) v| <= gap sum (weights v)^2 for each v. The gap is
+    returned with the number; the squares of the weights of the form are at most diag(N), its
+    `diagonal`. If T + margin sigma diag(N) and T - margin sigma diag(N) have the same number of
+    negative eigenvalues, all matrices between have that number too. None if at each of the
+    `MARGINS` the two numbers differ, or one of them is not known for rounding.
     """
     for margin in MARGINS:
         shift = margin * sigma
