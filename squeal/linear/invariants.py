@@ -158,8 +158,11 @@ def _discriminant(
     J3 = cycles.determinant(e)
     sum_E = E[0] + E[1] + E[2]
     squares = 0.5 * (E[0] * E[0] + E[1] * E[1] + E[2] * E[2])
+    # where the three e are off by `error` each, sum e^2 / 2 is off by error (sum E + 3/2 error) at
+    # most; the rounding of terms with k factors adds k units of their sizes
     error_J2 = error * (sum_E + 1.5 * error) + 2 * unit * (squares + cycle_sizes.p)
     products = _pair_products(*E) + cycle_sizes.p
+    # the determinant is off by error times its minors, and by the powers error^2 sum E and error^3
     error_J3 = error * (products + error * (sum_E + error)) + 3 * unit * cycle_sizes.terms(E)
     J2_squared = J2 * J2
     abs_J2 = np.abs(J2)
