@@ -146,8 +146,8 @@ def outline(
 ) -> Outline:
     """Trace a map with codes (n1, n2) at x (n1,), y (n2,); `ends` are (low, high) of both axes.
 
-    A square whose corners have one code belongs to that code whole. Any other square is cut: its
-    centre is the mean of the points at which the code changes on its edges; a segment leads from
+    A square whose corners have one code belongs to that code whole. Any other square is cut. Its
+    centre is the mean of the points at which the code changes on its edges. A segment leads from
     the centre to each such point, and each corner owns the piece between its two edges. Features
     smaller than a square of the grid are not seen, and corners of a boundary are cut within one.
 
@@ -156,8 +156,8 @@ def outline(
     """
     inner_x, inner_y = _shares(x, y, codes, codes_at)
     # between the outermost grid points and the ends the map is as at those points: a point is added
-    # at both ends of each axis. (n1 + 1, n2 + 2) and (n1 + 2, n2 + 1), where on each edge the code
-    # changes, as a share of the edge
+    # at both ends of each axis. `along_x` (n1 + 1, n2 + 2) and `along_y` (n1 + 2, n2 + 1) say where
+    # the code changes on each edge, as a share of the edge
     along_x = np.pad(inner_x, 1, mode="edge")
     along_y = np.pad(inner_y, 1, mode="edge")
     padded = np.pad(codes, 1, mode="edge")

@@ -40,7 +40,7 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
         model=content["model"],
         shares=content["shares"],
         stop=content["final"]["t"],
-        events=tuple(Event(e["t"], e["from"], e["to"]) for e in content["events"]),
+        events=tuple(Event(each["t"], each["from"], each["to"]) for each in content["events"]),
         extrema=extrema,
         provenance=from_dict(Provenance, content["provenance"]),
         history=history,

@@ -99,7 +99,7 @@ class Source:
         is_left_out = text.strip() == "null"
         value = scalar(text)
         if not is_left_out:
-            key.kind.read(value, at)  # for its refusals alone
+            key.kind.read(value, at)  # refuses a value that is not allowed
         dotted = ".".join(keys)
         for earlier in self.changes:
             # setting `initial` would undo an earlier `initial.x`

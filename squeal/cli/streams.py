@@ -28,7 +28,8 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
     try:
         with within_doubles():
             return work()
-    except (InputError, UnicodeEncodeError) as error:  # the second: of a name that is no text
+    # a UnicodeEncodeError comes from the name of a file that is no text
+    except (InputError, UnicodeEncodeError) as error:
         code = 2
         words = str(error)
     except ComputationError as error:

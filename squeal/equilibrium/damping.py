@@ -36,10 +36,10 @@ def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.
 def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) -> np.ndarray:
     """The derivative (3, 3) of `normalised_damping` where A (3, 3) changes by dA.
 
-    Modal damping is a function f(w^2) = 2 z w of the symmetric part S of A. By the formula of
-    Daleckii and Krein dB = V (Q * (V' dS V)) V' with the modes V of S, where * multiplies entry by
-    entry and Q_ij = (f_i - f_j) / (w_i^2 - w_j^2), or f' = z / w for equal frequencies. NaN where
-    two modes of one frequency have different ratios.
+    Modal damping is a function f(w^2) = 2 z w of the symmetric part S of A, z the ratio of a mode.
+    By the formula of Daleckii and Krein dB = V (Q * (V' dS V)) V' with the modes V of S, where *
+    multiplies entry by entry. Q_ij is (f_i - f_j) / (w_i^2 - w_j^2), or the derivative z / w of f
+    for equal frequencies. NaN where two modes of one frequency have different ratios.
     """
     symmetric = (A + A.T) / 2
     change = (dA + dA.T) / 2  # dS

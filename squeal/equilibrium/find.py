@@ -87,9 +87,9 @@ def equilibrium_in_si(
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     """Starts (4, seeds, n) of Newton's method for n pads without friction.
 
-    Each is z = (x, y, w theta, mu) in natural units, with mu = 0. They fill two grids around the
-    initial position: 45 lie about the displacement under the load away from it, or 10 times that
-    in tilt, and 27 half of what `LIMITS` allow.
+    Each is z = (x, y, w theta, mu) in natural units, with mu = 0. The starts fill two grids around
+    the initial position. One of 45 reaches to the displacement under the load, and in tilt to 10
+    times as much; one of 27 reaches to half of what `LIMITS` allow.
     """
     displacement_under_load = natural_units(statics.model).length * np.ones(n)
     half_length = statics.model.pad.w * np.ones(n)

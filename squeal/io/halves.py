@@ -70,7 +70,7 @@ def sides_of(matrix: Matrix, labels: Labels | None = None) -> Sides:
         nodes = np.array(labels)[:, 0]
     is_entry = csc_array((np.ones(stored.nnz, bool), stored.indices, stored.indptr), stored.shape)
     is_one_sided = is_entry > is_entry.T  # an entry here (True), none across the diagonal (False)
-    entries = stored.multiply(is_one_sided).tocoo()  # without zeros
+    entries = stored.multiply(is_one_sided).tocoo()  # zeros that stand in the file drop out
     rows, columns = entries.coords
     diagonal = stored.diagonal().real
     is_internal = nodes < 0
@@ -134,8 +134,8 @@ def complete(
     - Declared symmetric, by the user or else by the file: the other triangle is added.
     - Declared not symmetric: the matrix as it is, with a warning if only the file says so and the
       matrix looks like one triangle.
-    - Not declared: a matrix with entries on both sides of the diagonal, or on it alone, as it is;
-      one triangle is completed as a guess, with a warning, if it can only be that of a symmetric
+    - Not declared: a matrix with entries on both sides of the diagonal, or on it alone, as it is.
+      One triangle is completed as a guess, with a warning, if it can only be that of a symmetric
       matrix.
 
     Parameters

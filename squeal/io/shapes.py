@@ -55,7 +55,7 @@ def _vtk_lines(coordinates: Coordinates, shapes: Shapes) -> Iterator[str]:
     Displacements are three fields: real parts, imaginary parts and phases in degrees.
     """
     count = len(coordinates.places)
-    cells = []  # number of the kind, and corners
+    cells = []  # of each cell the number of its kind in VTK, and its corners
     for name, nodes in coordinates.cells:
         kind = CELLS[name]
         cells.append((kind.vtk, nodes[: kind.corners]))

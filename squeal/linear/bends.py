@@ -171,8 +171,8 @@ def _may_leave_line(spectrum: SpectrumAtParameter, W: ComplexArray, deviation: f
 
     To first order a root moves by the deviation times its slope. The distance of two roots z_k, z_l
     of [[z_k, 0], [0, z_l]] + deviation [[W_kk, W_kl], [W_lk, W_ll]] has the square
-    (z_k - z_l + deviation (W_kk - W_ll))^2 + 4 deviation^2 W_kl W_lk, so that the distance changes
-    by at most the pull of the pair: the deviation times (|W_kk - W_ll| + 2 sqrt |W_kl W_lk|).
+    (z_k - z_l + deviation (W_kk - W_ll))^2 + 4 deviation^2 W_kl W_lk. So the distance changes by at
+    most the pull of the pair: the deviation times (|W_kk - W_ll| + 2 sqrt |W_kl W_lk|).
 
     Parameters
     ----------

@@ -185,7 +185,7 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
       square moves by |y|' |dP| |x| / |y^H M x|. The bound is then sqrt(|lambda|^2 + this movement),
       the size that the root may have, or twice the bound of a simple root if that is less.
     - Where both are infinite, at a coalescence, the bound is the greater of |lambda| and the size
-      that |dK| gives to a double root at zero: sqrt(|dK| / |M|), of rows without mass
+      that |dK| gives to a double root at zero. That size is sqrt(|dK| / |M|), or without any mass
       sqrt(|dK| |K|) / |C|.
 
     Roots of a real undamped system that stay on the imaginary axis within their bounds keep their
@@ -223,7 +223,7 @@ def known_to_digits(system: System, roots: Sequence[Eigenvalue]) -> tuple[Eigenv
     else:
         of_zero = np.sqrt(norm_of(dK) * norm_of(K)) / norm_of(C)
     bounds[unknown] = np.maximum(size, of_zero)[unknown]
-    may_leave_axis = np.ones(len(z), dtype=bool)  # with damping each root may
+    may_leave_axis = np.ones(len(z), dtype=bool)  # with damping each root may leave the axis
     if system.real and not norm_of(C):
         signs = None  # Krein's signs, which only symmetric matrices have
         if are_symmetric(system, (*system.M, *system.K)):

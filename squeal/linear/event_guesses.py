@@ -58,7 +58,7 @@ def guesses_of(
     # range ends there, or it is a real root that passes zero, perhaps with a twin
     rests_at_range_end = (starts_range & on_before) | (ends_range & on_after)
     meets_none = (on_before == on_after) | passes_zero | rests_at_range_end
-    # roots of which it is certain which root continues them, and that they meet no other one
+    # roots whose continuation over the step is certain, and that meet no other root
     is_certain = step.matched & meets_none
     stays_on_line = on_before & on_after & ~passes_zero
     crosses_nothing = is_certain & (_is_clear_of_line(step, passes_zero) | stays_on_line)

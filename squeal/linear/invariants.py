@@ -94,18 +94,24 @@ def invariants(entries: Sequence[Values], errors: Sequence[Values] | None = None
         # all nine entries get one relative error: a small entry with a great error counts as a
         # larger entry
         relative_error = share_of_largest(np.array(errors), np.array(sizes))
-        sizes = [np.maximum(x, e / relative_error) for x, e in zip(sizes, errors, strict=True)]
-    d = entries[::4]  # the diagonal
-    D = sizes[::4]
+        sizes = [
+            np.maximum(size, error / relative_error)
+            for size, error in zip(sizes, errors, strict=True)
+        ]
+    diagonal = entries[::4]
+    diagonal_sizes = sizes[::4]
     cycles = _Cycles.of(entries)  # p: the sum a12 a21 + a13 a31 + a23 a32
     cycle_sizes = _Cycles.of(sizes)
     # a product of k entries has a relative error of k units: a unit is the error of an entry, and
     # as much for the rounding of products and sums
     unit = 2 * relative_error
-    a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
-    b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
-    c = Bounded(cycles.determinant(d), 3 * unit * cycle_sizes.terms(D))
-    discriminant = _discriminant(d, a, cycles, cycle_sizes, unit)
+    a = Bounded(sum(diagonal), unit * sum(diagonal_sizes))
+    b = Bounded(
+        _pair_products(*diagonal) - cycles.p,
+        2 * unit * (_pair_products(*diagonal_sizes) + cycle_sizes.p),
+    )
+    c = Bounded(cycles.determinant(diagonal), 3 * unit * cycle_sizes.terms(diagonal_sizes))
+    discriminant = _discriminant(diagonal, a, cycles, cycle_sizes, unit)
     unresolved = ~np.isfinite(discriminant.value + discriminant.bound)
     share = 0.03  # of the greatest root: others up to this are far from it
     square = a.value * a.value

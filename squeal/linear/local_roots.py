@@ -163,8 +163,8 @@ def roots_near(
     """The root, or the two roots, of A(p) next to a given number, with slopes and errors.
 
     On the invariant subspaces X and Y the matrix is the block B = (Y^H X)^-1 Y^H A X of one or two
-    rows: the mean is half the trace of B (all of it for one row), and d half the trace of
-    (B - mean)^2.
+    rows. The mean of the roots is half the trace of B, or its only entry. The square d of half
+    their difference is half the trace of (B - mean)^2.
 
     Parameters
     ----------

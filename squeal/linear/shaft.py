@@ -57,8 +57,9 @@ def _skew_part(system: System, term: Term, speed: float) -> Matrix | None:
 def unit_of_parameter(system: System) -> str:
     """rad/s where the free parameter is the speed of a shaft, else "".
 
-    The parameter is a speed if a skew term is proportional to it: a term of C, such as a gyroscopic
-    one, unless the parameter is the friction `mu`; or a term of K, if `SPEEDS` has its name.
+    The parameter is a speed if a skew term is proportional to it. This is a term of C, such as a
+    gyroscopic one, unless the parameter is the friction `mu`; or a term of K, if `SPEEDS` has the
+    name of the parameter.
 
     Examples
     --------

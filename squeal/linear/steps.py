@@ -265,9 +265,10 @@ def _meetings_seen_from(
 def _may_meet(spectrum: SpectrumAtParameter, pairs: _Approaches, span: float) -> Bools:
     """Which pairs (pairs,) may meet on the line, or with damping cross it, within a step.
 
-    The difference squared, d, and with damping the real parts of both roots are sampled at the ends
-    of the step and around the closest approach; two modes of unequal damping may grow at some
-    distance from it. They may vanish where their sign changes, up to their errors.
+    The square d of half the difference is sampled at the ends of the step and around the closest
+    approach. With damping the real parts of both roots are sampled, too: two modes of unequal
+    damping may grow at some distance from the closest approach. A sampled quantity may vanish where
+    its sign changes, up to its error.
 
     spectrum: one end of the step; span: its length. Samples are arrays (samples, pairs).
     """

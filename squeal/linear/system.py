@@ -479,8 +479,9 @@ class System:
     def derivative(self, name: str, changes: Parameters | None = None) -> MCK:
         """Derivatives of M, C, K by a parameter, exact; None where no term depends on it.
 
-        Where the frequency is that of each root, and `changes` gives it no value, they are those at
-        a frequency in the middle of what tables cover (see `frequency`), which `at` would refuse.
+        The frequency may be that of each root, and have no value in `changes`. The derivatives are
+        then those at a frequency in the middle of what tables cover (see `frequency`), where `at`
+        would refuse.
 
         Examples
         --------

@@ -571,7 +571,7 @@ def _critical_point(
     if change.cluster is not None:
         events = result.clusters[change.cluster]
         low, high = hull(events)
-        # 1e-300: at the value 0 no interval is narrow but a point
+        # 1e-300: at the value 0 only an interval without any width is narrow
         is_narrow = high - low <= EVENT_TOLERANCE * max(abs(change.value), 1e-300)
         converged = is_narrow and all(member.converged for member in events)
     if event is None:

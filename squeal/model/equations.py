@@ -107,11 +107,11 @@ class PadModel:
         if rates is None:
             return np.array(np.broadcast_arrays(*net_loads(np, self.c, self.law, tuple(q), state)))
         c = at_speed(np, self.c, self.pad.fall, rates[0])
-        f = net_loads(np, c, self.law, tuple(q), state)
+        loads = net_loads(np, c, self.law, tuple(q), state)
         if self.damping is not None:
             drag = [sum(map(operator.mul, row, rates)) for row in self.damping]
-            f = Loads(f.x - drag[0], f.y - drag[1], f.moment - drag[2])
-        return np.array(np.broadcast_arrays(*f))
+            loads = Loads(loads.x - drag[0], loads.y - drag[1], loads.moment - drag[2])
+        return np.array(np.broadcast_arrays(*loads))
 
     def gaps(self, q: Number) -> np.ndarray:
         """Gaps of the contact points (the two edges in B1 and B2), shape (points, ...)."""

@@ -149,7 +149,7 @@ class Pad:
     def __post_init__(self) -> None:
         """Check the parameters, and derive I and mu where they are left out."""
         at = Place("Pad")
-        values = vars(self)  # in which a frozen dataclass can be written
+        values = vars(self)  # through which attributes of a frozen dataclass can be set
         for name, key in PARAMETERS.items():
             if values[name] is None:
                 # mu has an `unless`: left out it is made of mu_s and mu_k below

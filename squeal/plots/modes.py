@@ -74,9 +74,9 @@ def outlines(slenderness: float, rest: np.ndarray, shape: np.ndarray) -> list[np
     lines = []
     for phase in (0.0, 1.0, second_phase):  # at phase 0 the pad is at rest
         x, y, theta = rest + LARGEST * (shape * phase).real
-        c = np.cos(theta)
-        s = np.sin(theta)
-        rotation = np.array([[c, s], [-s, c]])  # by theta, of row vectors
+        cosine = np.cos(theta)
+        sine = np.sin(theta)
+        rotation = np.array([[cosine, sine], [-sine, cosine]])  # by theta, of row vectors
         lines.append(corners @ rotation + [x, y])
     return lines
 

@@ -301,7 +301,7 @@ class Quadratic:
         is_skew = np.array_equal(C_balls.mid, -C_balls.mid.T)
         quadratic = Quadratic(M_balls, C_balls, K_balls, data)
         if not quadratic.is_real:
-            return quadratic  # roots have no mirror images here, whatever the symmetry
+            return quadratic  # roots of complex matrices have no mirror images
         return replace(quadratic, symmetric=is_symmetric, skew=is_skew)
 
     @property

@@ -86,8 +86,9 @@ def judge_modes(
     - by a piece for which more roots are printed than it holds,
     - by a piece for which fewer are, if the list has to hold all its roots (see `_overlap`).
 
-    It is open where a piece reaches beyond the searched disc, where fewer roots are printed than a
-    piece holds of which some need not be listed, and where it is not known whether a mode grows.
+    It is open where a piece reaches beyond the searched disc, and where it is not known whether a
+    mode grows. It is also open where fewer roots are printed than a piece holds, if some of these
+    need not be listed.
 
     Parameters
     ----------

@@ -246,5 +246,5 @@ def _roots_of_squares(squares: Discs | Failure) -> Discs | Failure:
     return Discs(
         np.concatenate([centres, -centres]),
         np.concatenate([radii, radii]),
-        np.concatenate([squares.real, squares.real]),  # still of s, so that lambda^2 is real
+        np.concatenate([squares.real, squares.real]),  # whether lambda^2 = -s is known to be real
     )

@@ -89,9 +89,9 @@ class ExactRange:
     def of(cls, terms: Terms, low: float, high: float) -> ExactRange | None:
         """The changes in a range.
 
-        None where a component has too many rows, other factors, or entries of few digits; and where
-        changes are not certain, as several coincide that may cancel in the count, what crosses
-        is not identified, or a root passes through infinity.
+        None where a component has too many rows, factors that are no rational functions, or entries
+        of few digits. None also where changes are not certain: where several coincide that may
+        cancel in the count, what crosses is not identified, or a root passes through infinity.
         """
         factors: list[Polynomial] = []
         changes: list[Change] = []

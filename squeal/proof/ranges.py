@@ -89,7 +89,7 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> CountB
     _, half = middle_and_half(low, high)
     A = K  # undamped: of K - s M the eigenvalues are s = -lambda^2
     B = M
-    if not terms.is_undamped:  # of A - s B they are lambda
+    if not terms.is_undamped:  # the eigenvalues of A - s B are lambda itself
         A, B = _first_order_form(M, C, K)
     pencils = [_Pencil(A, B)]
     infinite = 0  # a lower bound of the number of infinite roots, whose inverses are zero

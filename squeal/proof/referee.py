@@ -173,10 +173,11 @@ def prove_roots(system: Quadratic, values: ArrayLike, verdict: str | None = None
     """Whether a list has as many values as there are roots, and the verdict on these is right.
 
     Proved is that each listed value can be matched with a root of its own among its `matches`, that
-    there are no other finite roots, and that the verdict is the only possible one: for every system
-    in the balls, or for their midpoints, as `data` of the result says. Refuted is what no system in
-    the balls allows. It does not decide whether a value is near its root: 100 +- 100i are proved
-    for -0.25 +- 1.98i. The caller compares values with the pieces of their matches.
+    there are no other finite roots, and that the verdict is the only possible one. That holds for
+    every system in the balls, or for their midpoints, as `data` of the result says. Refuted is what
+    no system in the balls allows. The proof does not decide whether a value is near its root:
+    100 +- 100i are proved for -0.25 +- 1.98i. The caller compares values with the pieces of their
+    matches.
 
     Enclosures come first; what they leave open the exact roots of the given doubles decide.
 

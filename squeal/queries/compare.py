@@ -202,7 +202,7 @@ def compare(
     # of each mode of the reference the computed modes that are equally near, as indices
     equally_near = _equally_near(costs.cost, most=_cost_of_tie(tolerance))
     rows = []
-    ties = []  # in words
+    ties = []  # sentences on modes that are equally near
     pairs = assigned_pairs(costs, references, modes, tolerance)  # as indices
     for i, j in pairs:
         mac_of_pair = None

@@ -287,7 +287,8 @@ def _rows(answers: BrakeAnswers) -> Iterator[_Row]:
     search = answers.search
     for remedy in search.remedies or search.partial:
         name = f"{remedy.change.parameter}{_meaning(answers, remedy.change.parameter)}"
-        least = remedy.change.size if search.remedies else "-"  # a partial one stops nothing
+        # no change of a partial remedy is enough
+        least = remedy.change.size if search.remedies else "-"
         yield _Row(name, _change_text(remedy.advised), least, remedy)
     for cure, effect in answers.cures.treatments.items():
         pairs = []

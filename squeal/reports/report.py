@@ -137,7 +137,7 @@ def report(
     spectrum = paths.numbered(spectrum)
     of_modes = sensitivity(subject, known=spectrum)
     of_onset = None
-    with suppress(ComputationError):  # several modes are lost at once
+    with suppress(ComputationError):  # a loss of several modes at once has no derivatives
         of_onset = sensitivity(subject, of="threshold", known=losses)
     spectrum = spectrum.with_onsets(losses)
     outside = _thresholds_outside(subject, spectrum, losses, options)

@@ -105,7 +105,7 @@ class Sensitivity(Answer):
         if self.what == "threshold":
             return self._table_of_loss()
         roots = np.asarray(self.at, complex)
-        upper = np.flatnonzero(roots.imag >= 0.0)  # of a pair one root
+        upper = np.flatnonzero(roots.imag >= 0.0)  # one root of each pair, and the real roots
         by_growth = upper[np.argsort(-roots[upper].real, kind="stable")]
         rows = []
         for i in by_growth.tolist():

@@ -48,9 +48,9 @@ PERIOD, VALUE = 6, 7  # indices of the period and of the parameter in the unknow
 def transition_matrix(model: PadModel, segment: Segment) -> np.ndarray:
     """The matrix (6, 6) that takes small deviations at the begin of a motion to those at its end.
 
-    The variational equations Z' = A(t) Z, A the Jacobian of the rates, are integrated by the
-    classical Runge-Kutta method over all s steps of the motion side by side, each from Z = I; the
-    matrices of the steps are then multiplied. The segment needs dense output.
+    The variational equations are Z' = A(t) Z, A the Jacobian of the rates. The classical
+    Runge-Kutta method integrates them over all s steps of the motion side by side, each from Z = I.
+    The matrices of the steps are then multiplied. The segment needs dense output.
     """
     steps = segment.steps
     identity = np.eye(6)

@@ -292,9 +292,9 @@ def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
     the end of the segment of a single motion.
 
     Rounding may put such a crossing before the end of the segment, where the integrator, going on
-    from the end, would not see it. A point counts if two conditions hold: its gap has passed zero,
-    or is short of it by no more than what rounding left of the gap of `point`; and its gap moves on
-    away from its contact state.
+    from the end, would not see it. A point counts if two conditions hold. Its gap has passed zero,
+    or is short of it by no more than what rounding left of the gap of `point`. And its gap moves on
+    away from its contact state: it opens where the point touches, it closes where the point is off.
     """
     overshoot = segment.overshoot[:, 0]  # (points,): above 0 where a gap has passed zero
     rounding = abs(overshoot[point])  # the gap of `point` is zero but for rounding

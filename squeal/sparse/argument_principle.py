@@ -88,9 +88,11 @@ class Rectangle:
 
     @property
     def surroundings(self) -> Rectangle:
-        """The region and what lies around it, from where a root may pass it between two values of a
-        parameter: on each side a tenth of its size more, or a tenth of its highest frequency if
-        that is greater."""
+        """The region and what lies around it: on each side a tenth of its size more, or a tenth of
+        its highest frequency if that is greater.
+
+        A root may come from there, pass the region and leave it between two values of a parameter.
+        """
         drift = DRIFT * max(abs(self.low_imag), abs(self.high_imag))
         across = max(SURROUNDINGS * self.size.real, drift)
         along = max(SURROUNDINGS * self.size.imag, drift)

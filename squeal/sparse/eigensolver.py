@@ -610,8 +610,8 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
     First a Krylov subspace around zero is built, and enlarged by at most `MOST_ATTEMPTS` - 1 others
     while the count does not confirm its roots. Its roots are returned if the count confirms them.
     They are also returned without a count if none is requested (`certify`), or if none can be made
-    and there are more than `DENSE_ROWS` rows. Where the subspace does not reach the requested modes
-    or no count confirms its roots, all roots are computed of up to `DENSE_ROWS` rows; of more rows
+    and there are more than `DENSE_ROWS` rows. The subspace may not reach the requested modes, or no
+    count confirm its roots. Then all roots are computed of up to `DENSE_ROWS` rows; of more rows
     roots are searched in growing squares around zero. Raises ComputationError if there is no root.
     """
     scale = _lowest_frequency_scale(problem)
@@ -631,7 +631,8 @@ def lowest_modes(problem: ScaledProblem, modes: int, certify: bool = True) -> Mo
     # each attempt starts from other random vectors, and adds its subspace to the basis
     for attempt in range(MOST_ATTEMPTS):
         rough = rough_roots_near(problem, complex(shift), scale, enough, seed=attempt)
-        basis = enlarged(basis, rough.vectors, dropped=1e-6)  # less is error of the rough vectors
+        # directions in which the rough vectors add less are errors of these vectors
+        basis = enlarged(basis, rough.vectors, dropped=1e-6)
         values = rough.values
         is_slow = np.abs(values) < shift
         if np.any(is_slow):  # rough values do not tell zeros of free motions from slow modes

@@ -60,8 +60,8 @@ def judge_claims(measured: Measured) -> list[JudgedClaim]:
             verdict = "contradicted"
         judged.append(
             JudgedClaim.of(
-                claim,  # id, where, statement, case and scenes
-                outcomes[claim.id],  # measured and margin
+                claim,  # gives id, where, statement, case and scenes
+                outcomes[claim.id],  # gives measured and margin
                 verdict=verdict,
                 kind=claim.follows.kind if claim.follows else "informative",
                 derivation=claim.follows.derivation if claim.follows else "",

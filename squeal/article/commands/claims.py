@@ -59,11 +59,20 @@ def text(record: Claims, others: Mapping[str, Claims]) -> str:
     sets_of_claims = [record.claims, *(other.claims for other in others.values())]
     rows = [("claim", "statement", "verdict", "margin", "sets", "measured")]
     # of each claim the verdicts on all sets, the reference set first
-    for c, *others_on_claim in zip(*sets_of_claims, strict=True):
-        count = c.holds + sum(other.holds for other in others_on_claim)
+    for claim, *others_on_claim in zip(*sets_of_claims, strict=True):
+        count = claim.holds + sum(other.holds for other in others_on_claim)
         satisfied = f"{count} of {len(sets_of_claims)}"
-        rows.append((c.id, c.statement, c.verdict, f"{c.margin:+.3g}", satisfied, c.measured))
-    reproduced = sum(c.holds for c in record.claims)
+        rows.append(
+            (
+                claim.id,
+                claim.statement,
+                claim.verdict,
+                f"{claim.margin:+.3g}",
+                satisfied,
+                claim.measured,
+            )
+        )
+    reproduced = sum(claim.holds for claim in record.claims)
     total = (
         f"{reproduced} of {len(record.claims)} reproduced. Reproduced is not confirmed: these "
         "scenes were fitted to the statements"

@@ -168,7 +168,7 @@ def scenes_of(
     def scene(model: Model, case: str) -> Scene:
         """The scene of a model and a case."""
         pads = stacked(n, model, case, formulation)
-        # a scene refuses a formulation other than the default of a model that has no choices
+        # a model without choices gets the default, as a scene refuses any other formulation of it
         return Scene(
             model,
             single(pads, 0).pad.replace(V=speed),

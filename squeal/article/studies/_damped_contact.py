@@ -96,11 +96,11 @@ def edge_forces(
 ) -> Point:
     """Normal forces at both edges that have the resultant and the moment of the contact.
 
-    On points k p (1 + a p') at each edge, the penetration p being minus the gap. On the line the
-    pressure k_c p (1 + a p') over the part that touches, each share of it divided between the edges
-    as on a lever, so that an edge that is lifted gets a share, too. Under the article's printed law
-    ("mean", its Eq. (13)) the size of the force is that of the mean pressure on the whole face, its
-    line of action that of the part.
+    On points the force is k p (1 + a p') at each edge, the penetration p being minus the gap. On
+    the line there is the pressure k_c p (1 + a p') over the part that touches. Each share of it is
+    divided between the edges as on a lever: an edge that is lifted gets a share, too. Under the
+    article's printed law ("mean", its Eq. (13)) the size of the force is that of the mean pressure
+    on the whole face, its line of action that of the part.
 
     Parameters
     ----------

@@ -430,11 +430,11 @@ class _Run:
             remaining = (stop - self.t) - self.behind
             if remaining <= 1e-15 * stop:  # rounding of the time
                 return
-            f = self.equations.acceleration(self.touching)
+            acceleration = self.equations.acceleration(self.touching)
             limit = self.equations.longest(self.touching)
             self.h = min(limit, 1.5 * self.h or limit)  # 0 at the start, which gives the limit
             # a step that is refused has shortened `self.h` for the next try
-            while not self._try_step(f, min(self.h, remaining), limit):
+            while not self._try_step(acceleration, min(self.h, remaining), limit):
                 pass
 
     def _sizes_from_rest(self, f: Acceleration, h: float) -> tuple[float, float]:
@@ -528,8 +528,10 @@ def motion(
     states = []
     for t in times:
         run.advance(float(t), most)
-        z, angle, v, r = run.state
-        states.append([z.real, z.imag, angle, v.real, v.imag, r])
+        position, angle, velocity, angular_rate = run.state  # the first and third are complex
+        states.append(
+            [position.real, position.imag, angle, velocity.real, velocity.imag, angular_rate]
+        )
     change_times = np.array([t for t, _ in run.changes])
     points = np.array([point for _, point in run.changes], dtype=int)
     return Motion(np.array(states), change_times, points, run.equations.count)

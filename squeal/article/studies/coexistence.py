@@ -401,7 +401,7 @@ def study(files: Sequence[Path]) -> Coexistence:
     """The three motions of case (d), from their scenes and the stored files."""
     if why := without_heyoka("nothing else follows these cycles."):
         return Coexistence(motions={}, checked=None, searches_differ=0.0, left_out=why)
-    scenes = read_scenes([f for f in files if f.suffix != ".json"], set(MOTIONS.values()))
+    scenes = read_scenes([file for file in files if file.suffix != ".json"], set(MOTIONS.values()))
     read = [read_json(Stored, file) for file in files if file.suffix == ".json"]
     stored = {stored_motion.motion: stored_motion for stored_motion in read}
     motions = {}
@@ -412,17 +412,17 @@ def study(files: Sequence[Path]) -> Coexistence:
         scene = scene_of(name, scenes[stem])
         checked = [checked_boundary(scene, curve) for curve in stored[name].boundaries]
         all_checked += checked
-        motions[name] = motion(scene, stored[name], [c.boundary for c in checked])
+        motions[name] = motion(scene, stored[name], [curve.boundary for curve in checked])
         repeats.append(repeat(scene, stored[name].least))
         for disturbance in motions[name].margins:
-            if inside(motions[name], disturbance):  # then the figure gives its number
+            if inside(motions[name], disturbance):  # the figure gives the numbers of those inside
                 searches_differ = max(searches_differ, disturbance.spread)
     check = Checked(
-        cycles=sum(len(c.boundary.points) for c in all_checked),
-        closure=max(c.closure for c in all_checked),
-        critical=max(c.critical for c in all_checked),
-        repeated=sum(r.repeated for r in repeats),
-        held=sum(r.held for r in repeats),
+        cycles=sum(len(curve.boundary.points) for curve in all_checked),
+        closure=max(curve.closure for curve in all_checked),
+        critical=max(curve.critical for curve in all_checked),
+        repeated=sum(outcome.repeated for outcome in repeats),
+        held=sum(outcome.held for outcome in repeats),
     )
     return Coexistence(motions=motions, checked=check, searches_differ=searches_differ)
 

@@ -240,7 +240,7 @@ def friction_loop(scene: Scene) -> FrictionLoop:
     pad = scene.pad
     q = np.array(analysis.q)
     rate = math.sqrt(pad.k1 / pad.m)  # the unit of frequency
-    to_lengths = np.diag([1.0, 1.0, 1.0 / pad.w])  # theta from w theta
+    to_lengths = np.diag([1.0, 1.0, 1.0 / pad.w])  # (x, y, theta) from (x, y, w theta)
     K_0 = linearise(model.replace(mu=0.0), q, analysis.state).K
     K_1 = linearise(model.replace(mu=1.0), q, analysis.state).K
     # all matrices belong to (x, y, w theta), and are in units of m, k1 and `rate`

@@ -204,10 +204,10 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
     by_time = {windows: by_level_and_time[f"{LEVEL}, {windows}"] for windows in WINDOWS}
     # over one observation time
     first = {name: by_windows["1"] for name, by_windows in record.motions.items()}
-    lost = {name: m.lost or 0.0 for name, m in first.items()}
+    lost = {name: motion.lost or 0.0 for name, motion in first.items()}
     # on points some edge separates; the line separates as a whole
-    points_separated = {name for name, m in first.items() if name[:2] == "b1" and m.apart > 0.0}
-    line_separated = {name for name, m in first.items() if name[:2] == "b2" and m.separated > 0.0}
+    points_separated = {name for name in first if name[:2] == "b1" and first[name].apart > 0.0}
+    line_separated = {name for name in first if name[:2] == "b2" and first[name].separated > 0.0}
     hammering_strongly = [by_level_and_time[f"0.5, {windows}"]["B1"] for windows in WINDOWS]
     return {
         "points-separate-in-all-cases-the-line-in-c": len(points_separated) == len(CASES)

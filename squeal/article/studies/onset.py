@@ -368,7 +368,7 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> AfterAndState:
     late = settle_late([DampedStart(model, state) for state in states], scene.stop)
     reference, *others = late.settled
     lasting = [motion for motion in others if motion and motion.goes_on]
-    # of all motions, the reference one included
+    # the liveliest of all motions, the reference one included
     liveliest: Settled | None = None
     state_of_liveliest = np.full(6, np.nan)
     for motion, state in zip(late.settled, late.states, strict=True):
@@ -510,10 +510,10 @@ class ValidPart(NamedTuple):
 def _valid_part(orbits: Sequence[Orbit], own: int) -> ValidPart:
     """The part of a branch of cycles in which the surface is faster than the lower face.
 
-    It extends from the cycle with the index `own` to both sides, up to the last cycle before one
-    whose face is as fast as the surface, or to the end of the branch. `reaches` is None if it is
-    the whole branch. If it ends within the branch to both sides, `reaches` is the friction at the
-    end with the greater index.
+    It extends from the cycle with the index `own` to both sides. It ends before a cycle whose face
+    is as fast as the surface, or where the branch ends. `reaches` is the friction at which the face
+    becomes as fast, at the end with the greater index if there are two; None if the part is the
+    whole branch.
     """
     reaches = None
     begin = own

@@ -31,9 +31,9 @@ def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
     """Cards DMIG, in small, large or free fields. Raises ValueError.
 
     Each matrix is built only when it is picked: a punch file of EXTOUT also holds rectangular ones.
-    A head card has the fields name, 0, form, type, type of the result, polar; a card of a column
-    has name, node and degree of freedom of the column, an empty one, and then node, degree of
-    freedom, real and imaginary part of each row.
+    A head card has the fields name, 0, form, type, type of the result, polar. A card of a column
+    has name, node and degree of freedom of the column, and an empty field. Then come node, degree
+    of freedom, real and imaginary part of each row.
     """
     cards = _dmig_cards(path.read_text(encoding="latin-1"))
     heads: dict[str, list[str]] = {}

@@ -619,7 +619,7 @@ class PadStack:
         units; B None without damping.
         """
         rows = np.arange(len(A))
-        squares = np.linalg.eigvals(A).astype(complex)  # of the three frequencies without damping
+        squares = np.linalg.eigvals(A).astype(complex)  # (k, 3), omega^2 without damping
         i, j = np.triu_indices(3, 1)  # the pairs (0, 1), (0, 2), (1, 2) of squares
         # real parts alone: once a pair has coalesced its squares are conjugates, whose imaginary
         # parts tell how far beyond the onset they are

@@ -215,8 +215,8 @@ class _Search:
         """Search amounts of cures, and add them to `confirmed` and to the meetings if they stop all
         that grows.
 
-        If damping of both modes of each pair stops growth up to some value of the free parameter,
-        damping of one of them is added only if it stops growth up to that value too.
+        Damping of both modes of each pair may stop growth up to some value of the free parameter.
+        Damping of one of them is then added only if it stops growth up to that value too.
         """
         confirmed = self._confirm(cures)
         if confirmed is None:

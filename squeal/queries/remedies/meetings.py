@@ -226,7 +226,7 @@ def _modes_near(K: Matrix, M: Matrix, omega: float) -> tuple[Array, Array]:
     k is `NEAR`; of few rows, and of matrices that are not sparse, all modes are returned.
     """
     n = K.shape[0]
-    if n <= NEAR or not is_sparse(K):  # all n, as no damping ratios limit their range
+    if n <= NEAR or not is_sparse(K):  # all n modes
         return real_modes(dense(K), dense(M), n, ratios=None)
     from scipy.sparse.linalg import ArpackError
 

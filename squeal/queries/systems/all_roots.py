@@ -63,7 +63,7 @@ def roots_of_all(
         is_real = np.abs(roots.imag) <= assumed_rounding(roots, undamped=True)
         roots = np.where(is_real, roots.real, roots)
         roots = roots[roots.imag >= 0.0]
-    if selection.band is not None:  # which bounds no growth rate
+    if selection.band is not None:  # a band bounds no growth rate
         roots = in_band(roots, selection.band)
     elif selection.rectangle is not None:  # the region, with the real axis if it begins there
         roots = roots[selection.rectangle.contains(roots)]

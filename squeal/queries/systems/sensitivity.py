@@ -121,7 +121,7 @@ def _on_rows_of(system: TermSystem, file: MatrixFile) -> csc_array:
     """
     if not (system.labels and file.labels):
         matrix = file.matrix
-        if file.open_ended and matrix.shape[0] < system.n:  # a larger one is refused
+        if file.open_ended and matrix.shape[0] < system.n:  # the caller refuses a larger matrix
             matrix.resize((system.n, system.n))
         return matrix
     if file.numbered and file.labels != system.labels:  # some labels are mere numbers of rows
@@ -301,9 +301,9 @@ def _slopes_of_crossing(
 def widened(file: SystemFile, system: TermSystem, answer: Thresholds) -> Thresholds:
     """Widen the interval of each threshold by how far it may move, to first order; a note says so.
 
-    The reduction of components may move it, and what the digits of data leave open. Where the
-    distance is not known, as where several modes cross at once or above the cutoff of reduced
-    components, the interval becomes the whole range, and the thresholds are no longer certified.
+    The reduction of components may move it, and what the digits of data leave open. The distance is
+    not known where several modes cross at once, and above the cutoff of reduced components. There
+    the interval becomes the whole range, and the thresholds are no longer certified.
     Proved thresholds keep their intervals, which hold for all data within the digits.
 
     system: that of the file, as it was analysed.

@@ -348,8 +348,9 @@ def _located_in_band(
 ) -> _LocatedThresholds:
     """Locate the thresholds of a band on the cheapest reduced system that serves.
 
-    That is the one `shared` with other systems, if it is given, else a projection onto real modes
-    if counts on the full system certify its list, else a projection onto full solutions.
+    The system `shared` with others is taken if it is given. Otherwise a projection onto real modes
+    is tried, which serves if counts on the full system certify its list. The last one is a
+    projection onto full solutions.
 
     values: rising values of the parameter at which the reduced system has to be good.
     """

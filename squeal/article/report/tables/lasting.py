@@ -49,7 +49,7 @@ def table(onset: Onset) -> str:
     """The table in LaTeX, a row per motion and damping ratio."""
     rows = []
     for name, rows_of_motion in onset.after.items():
-        for i, row in enumerate(rows_of_motion):  # a damping ratio each
+        for i, row in enumerate(rows_of_motion):  # one for each damping ratio
             lively = row.liveliest
             if lively is None:  # no motion lasts: nothing to list
                 continue
