@@ -293,6 +293,7 @@ def _read(document: object, at: Place) -> dict[str, Any]:
         if is_system(document) and "model" not in document:
             key = next(key for key in OF_SYSTEMS if key in document)
             raise (at / key).refuse("a system of matrices is not allowed here; it must be a scene")
+        # looked up in a tuple, as a list or a mapping in place of the model has no hash
         if document.get("model") in tuple(MODELS):
             model = document["model"]
     keys = SCENE.read(document, at, model)

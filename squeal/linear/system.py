@@ -417,7 +417,7 @@ class System:
         {'frequency': 100.0}
         """
         if omega is None:
-            low, high = self.covered
+            low, high = self.covered  # Hz
             hertz = (low + high) / 2
             if high == math.inf:  # no table
                 hertz = 1000.0

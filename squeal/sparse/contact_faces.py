@@ -102,7 +102,7 @@ def _triangle(coordinates: Array) -> _Shape:
 def _triangle_with_middles(coordinates: Array) -> _Shape:
     """Six nodes: L (2 L - 1) at the corners and 4 L_i L_j in the middles of the edges, of the area
     coordinates L."""
-    corners = _triangle(coordinates)
+    corners = _triangle(coordinates)  # whose three values are L
     values = []
     slopes = []
     for i in range(3):

@@ -415,7 +415,7 @@ def _dense_roots(matrices: MCK) -> EigenvalueTuple:
     M, C, K = matrices
     try:
         roots = dense_spectrum(M, C, K)
-    except SingularTogetherError as error:
+    except SingularTogetherError as error:  # exact arithmetic tells whether they are
         roots = exact_spectrum(M, C, K, error)
     has_zeros = not all(root.value for root in roots)
     # det K = 0 at a root of zero: where K is clearly regular the zeros are slow roots that are lost
