@@ -186,7 +186,7 @@ def prove_pad(
     )
     if problem is None:
         return proof
-    # else the list is open only from a friction beyond the first loss, and counts as proved
+    # a list that is open only beyond the first loss stays proved
     if problem.status == "refuted" or first_loss is None or comparison.until <= first_loss:
         proof = replace(proof, status=problem.status)
     return replace(proof, reason=problem.reason, where=problem.where)

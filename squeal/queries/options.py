@@ -69,7 +69,8 @@ def upper_end(subject: object, high: float | None) -> float:
 
     Else it is 2 for a friction coefficient, or its present value where that is larger, and twice
     the present value for another parameter. Raises InputError where the present value of another
-    parameter is not above 0, since nothing tells then which values occur.
+    parameter is not above 0, since nothing tells then which values occur, and where the friction of
+    a scene is larger than any allowed end, `MU_MAX`.
     """
     if high is not None:
         return high
