@@ -253,8 +253,10 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, name: str, module: ModuleType, scene: bool) -> None:
-        # its first paragraph reads "`squeal NAME`: what it does", the others are examples
-        docstring = module.__doc__ or "`: see squeal --help"  # without one under python -OO
+        """Take the arguments of the command `name`, whose options and help `module` has."""
+        # the first paragraph of its docstring reads "`squeal NAME`: what it does", the others are
+        # examples; there is none under python -OO
+        docstring = module.__doc__ or "`: see squeal --help"
         _, _, text = docstring.partition("`: ")
         about, _, examples = text.partition("\n\n")
         super().__init__(

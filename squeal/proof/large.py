@@ -246,7 +246,7 @@ def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats
     shift = -0.01 * radius**2  # left of zero, where free bodies leave K - s M regular
     right = _eigenpairs_near(K, M, shift, count)
     left = _eigenpairs_near(csc_array(K.T), M, shift, count)
-    sizes = np.abs(right.values)
+    sizes = np.abs(right.values)  # rising
     last_quarter = 3 * count // 4
     gaps = sizes[last_quarter + 1 :] / sizes[last_quarter:-1]
     cut = count
@@ -267,7 +267,7 @@ class _Eigenpairs(NamedTuple):
 
 
 def _eigenpairs_near(K: csc_array, M: csc_array, shift: float, count: int) -> _Eigenpairs:
-    """The eigenvalues of K - s M nearest to a shift, with right vectors, by ARPACK."""
+    """The eigenvalues of K - s M nearest to a shift, with right vectors, by rising size (ARPACK)."""
     n = M.shape[0]
     start = np.random.default_rng(0).standard_normal(n)
     factors = _factorised(csc_array(K - shift * M))

@@ -164,6 +164,7 @@ class Machine:
     motions: ClassVar[tuple[int, ...]] = ()
 
     def __init__(self, code: Code) -> None:
+        """Have heyoka compile the equations, for any pad: numbers are set by `start`."""
         self.code = code
         self.log: list[ContactChange] = []
         self.clear = 0.0
