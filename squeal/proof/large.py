@@ -267,7 +267,7 @@ class _Eigenpairs(NamedTuple):
 
 
 def _eigenpairs_near(K: csc_array, M: csc_array, shift: float, count: int) -> _Eigenpairs:
-    """The eigenvalues of K - s M nearest to a shift, with right vectors, by rising size (ARPACK)."""
+    """The eigenvalues of K - s M nearest to a shift, by rising size, with right vectors."""
     n = M.shape[0]
     start = np.random.default_rng(0).standard_normal(n)
     factors = _factorised(csc_array(K - shift * M))

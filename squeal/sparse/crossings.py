@@ -322,7 +322,7 @@ class CrossingSearch:
         if np.any(match.misses > allowed):
             return middle
         # paths mostly run along the axis, but what matters is across it: between the ends of a step
-        # a growth rate may rise by several times what the slopes miss there
+        # a growth rate may rise by several times what the slopes miss there, for which 16 is ample
         if np.any(match.growth_misses > off_axis / 16 + LEAST_MISSED * np.abs(start)):
             return middle
         dip = _dip_towards_axis(before, after, match)
