@@ -552,7 +552,11 @@ class _EnergyOfMode(NamedTuple):
     def share_of(
         self, mode: int, part: str, rows: Sequence[int], terms: Sequence[NamedTerm]
     ) -> PartShare:
-        """The share of a part, which has these rows, in the stored energy and the growth rate."""
+        """The share of a part, which has these rows, in the stored energy and the growth rate.
+
+        `energy` is between 0 and 1; `growth` is what all terms add on its rows, `damping` what
+        terms of damping add there, both in 1/s. None of a mode that does not oscillate.
+        """
         if not self.growths:
             return PartShare(mode, part, energy=None, growth=None, damping=None)
         index = sorted({*rows})  # a row that is named twice counts once

@@ -252,6 +252,10 @@ def assemble(
 ) -> Assembly:
     """Join components by contact, seated under their load, into one system.
 
+    The points of each contact are located, components are reduced if a `cutoff` is given, and
+    contact is seated on the components side by side; its springs and dampers become terms of K
+    and C.
+
     Parameters
     ----------
     components : sequence of Component
