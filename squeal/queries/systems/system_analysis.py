@@ -230,11 +230,11 @@ def _check_memory(system: TermSystem, limit: float | None) -> None:
     factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
     subspace = 16 * 2 * 180 * system.n  # 180 complex vectors (2n,) of the first-order form
     needed = workers_of_verb() * factor + subspace
-    free = _free_memory() if limit is None else limit
-    if needed > free:
+    available = _free_memory() if limit is None else limit
+    if needed > available:
         raise ComputationError(
             f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
-            f"{free / 1e9:.2g} GB are free; a larger `memory` allows more, fewer "
+            f"{available / 1e9:.2g} GB may be used; a larger `memory` allows more, fewer "
             "rows or `workers` need less"
         )
 
