@@ -256,8 +256,8 @@ class Component:
         rows = self.rows_of(np.unique(self.nodes[self.directions >= 0]))
         n = self.system.n
         cross = csc_array((n, n))
-        # a component of the axis that is rounding makes no entries
-        # at all nodes that have both directions: from displacements along j to products along i
+        # from displacements along j to products along i, at all nodes that have both directions; a
+        # component of the axis that is mere rounding makes no entries
         for i, j in np.argwhere(np.abs(of_node) > EPS):
             have_both = (rows[:, i] >= 0) & (rows[:, j] >= 0)
             where = (rows[have_both, i], rows[have_both, j])
