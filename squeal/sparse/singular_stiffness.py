@@ -33,7 +33,7 @@ MOST_PARTS = 200  # that are examined at most
 NEAR_ZERO = 1e-6  # of the frequency scale: far below the lowest roots that are not zero
 MOST_FREE = 12  # free motions, of two bodies; beside as many no static loss is looked for
 SLOW = 1e-4  # a random vector has at least this share of a free motion, up to some 10^7 rows
-LARGEST_CONTRACTION = 0.4  # below 1, since few powers of T may underestimate its contraction
+LARGEST_CONTRACTION = 0.4  # below 1, since few products with T may underestimate it
 DROPPED_PART = 1e-12  # of null vectors: what they add less is left out
 
 

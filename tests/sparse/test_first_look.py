@@ -318,3 +318,31 @@ def test_a_pair_outside_of_the_basis_that_friction_brings_into_the_band_is_told(
     with pytest.warns(InputWarning, match="may lose roots of the band"):
         found = squeal.sweep(system, [0.0, 0.5, 1.0], band=(5.0, 15.0), method="modal")
     assert found.steps[-1].roots.imag == pytest.approx([50.0], rel=1e-4)
+
+
+@pytest.mark.parametrize("seed", [10, 11])
+def test_a_pair_among_many_motions_that_friction_softens_is_not_lost(seed):
+    """Friction couples pairs far above the band, and brings one into it: its roots are those of
+    lambda^2 + c lambda + 1/4 +- 0.1 i. Of the others |T| is up to 0.85."""
+    n = 430
+    rng = np.random.default_rng(seed)
+    omegas = np.append(np.linspace(0.2, 0.9, 6), rng.uniform(20.0, 40.0, n - 6))
+    omegas[7::2] = omegas[6::2]
+    couplings = np.zeros(n - 1)
+    couplings[6::2] = rng.uniform(0.0, 0.85, n // 2 - 3) * omegas[6::2] ** 2
+    softening = np.zeros(n)
+    late = 200
+    couplings[late] = 0.1
+    softening[late : late + 2] = 0.25 - omegas[late] ** 2
+    damping = 0.005 * np.fmax(omegas, 1.0)
+    K = {
+        "1": diags_array(omegas**2).tocsc(),
+        "mu": diags_array([-couplings, softening, couplings], offsets=[-1, 0, 1]).tocsc(),
+    }
+    system = squeal.System(eye_array(n).tocsc(), diags_array(damping).tocsc(), K)
+    with pytest.warns(InputWarning, match="may lose roots of the band"):
+        found = squeal.sweep(system, [0.0, 0.5, 1.0], (0.0, 1 / (2 * np.pi)), method="modal")
+    (growing,) = found.steps[-1].roots[found.steps[-1].roots.real > 0.0]
+    expected = np.roots([1.0, damping[late], 0.25 - 0.1j])
+    assert growing == pytest.approx(expected[expected.real > 0.0][0], rel=1e-9)
+    assert found.steps[-1].verdict == "flutter"

@@ -193,6 +193,30 @@ def test_what_a_basis_lacks_contracts_as_an_unsymmetric_pair_does(ratio):
     assert found == pytest.approx(0.97, rel=1e-3)
 
 
+@pytest.mark.parametrize("bulk", [0.5, 0.7, 0.8, 0.89])
+@pytest.mark.parametrize("coupling", [0.0, 0.1])
+def test_one_eigenvalue_above_many_others_is_seen(bulk, coupling, rng):
+    """T is upper triangular."""
+    n = 2000
+    values = rng.uniform(-bulk, bulk, n)
+    values[n // 2] = 1.01
+    T = diags_array([values, coupling * np.ones(n - 1)], offsets=[0, 1])
+    F = csc_array(diags_array(np.ones(n)))
+    V = np.zeros((n, 0))
+    found = Complement(V, V.T @ (F @ V), F, factorise(F)).contraction(csc_array(F - T))
+    assert found == pytest.approx(1.01, rel=0.01)
+
+
+def test_values_in_all_directions_are_seen_together():
+    """Of a cyclic shift all eigenvalues lie on one circle."""
+    n = 2000
+    T = csc_array(diags_array([1.02 * np.ones(n - 1), [1.02]], offsets=[-1, n - 1]))
+    F = csc_array(diags_array(np.ones(n)))
+    V = np.zeros((n, 0))
+    found = Complement(V, V.T @ (F @ V), F, factorise(F)).contraction(csc_array(F - T))
+    assert 0.9 < found <= 1.02
+
+
 @pytest.mark.parametrize("n", [5, 80])
 def test_real_modes_reach_as_far_as_is_asked(n):
     w = np.linspace(1.0, 40.0, n)
