@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 
@@ -67,13 +68,28 @@ def real_modes(
     return np.sqrt(np.maximum(squares[order], 0.0)), modes[:, order]
 
 
+def _square_of_rows(K: Matrix, M: Matrix) -> float:
+    """The geometric mean of the squares K_ii / M_ii of rows that move alone, (rad/s)^2.
+
+    The ratio of the norms of K and M only where no row has stiffness and mass: the norm of K may be
+    that of a stiff row without mass, beside which the squares of modes are rounding.
+    """
+    stiffnesses = K.diagonal()
+    masses = M.diagonal()
+    has_both = (stiffnesses != 0) & (masses > 0)
+    if not has_both.any():
+        return norm_of(K) / norm_of(M)
+    squares = np.abs(stiffnesses[has_both] / masses[has_both])
+    return float(np.exp(np.mean(np.log(squares))))
+
+
 def _sparse_modes(
     K: Matrix, M: Matrix, count: int, ratios: Callable[[Array], Array] | None
 ) -> tuple[Array, Array]:
     """Squares of frequencies (k,) and vectors (n, k) of a sparse system, see `real_modes`."""
     from scipy.sparse.linalg import eigsh
 
-    shift = -1e-9 * norm_of(K) / norm_of(M)  # below all squares, so that K - shift M is regular
+    shift = -1e-9 * _square_of_rows(K, M)  # below all squares, so that K - shift M is regular
     k = FIRST_MODES if ratios else count
     while True:
         squares, modes = eigsh(K, k=k, M=M, sigma=shift)
@@ -101,8 +117,13 @@ def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
         return squares, modes
     if rank_of(np.abs(masses)) > rank or rank == 0:
         raise np.linalg.LinAlgError("M is not positive semidefinite, or zero")
-    shift = float(norm_of(K) / norm_of(M))
-    r, modes = eigh(M, K + shift * M)
+    # a K with negative squares may need the larger shift
+    for shift in (_square_of_rows(K, M), norm_of(K) / norm_of(M)):
+        with suppress(np.linalg.LinAlgError):
+            r, modes = eigh(M, K + shift * M)
+            break
+    else:
+        raise np.linalg.LinAlgError("no shift makes K + shift M positive definite")
     r = r[-rank:]
     has_mass = r > 4 * len(M) * EPS * r[-1]
     # the largest r, the lowest s, first. `eigh` gives x' (K + shift M) x = 1, hence x' M x = r

@@ -14,6 +14,7 @@ from squeal.linear.digits import rounding_of_sums
 from squeal.linear.functions import with_slopes
 from squeal.linear.matrices import dense, is_sparse
 from squeal.linear.paths import continued
+from squeal.linear.real_modes import real_modes
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
@@ -121,6 +122,41 @@ def test_modal_ratios_where_some_rows_have_no_mass(heavy, turned, free, seed):
         assert min(abs(values - z)) < 1e-9 * abs(z)
     with pytest.raises(InputError, match=f"of {heavy} modes are not allowed"):
         damped(system, ratios=[0.1] * (heavy + 1))
+
+
+@pytest.mark.parametrize("stiffness", [1e2, 1e8, 1e12])
+@pytest.mark.parametrize("units", [(1.0, 1.0, 1.0, 1.0, 1.0), (1.0, 1e3, 1e-6, 1e4, 1e-3)])
+@pytest.mark.parametrize("coupling", [0.0, 0.5])
+@pytest.mark.parametrize("mass", [0.0, 1e-3, 1.0])
+def test_stiff_rows_without_mass_leave_slow_modes_their_digits(stiffness, units, coupling, mass):
+    """Two masses, of which one moves two massless rows of the stiffness k [[2, -1], [-1, 2]]; their
+    static reaction takes 2/3 of coupling^2 from its own stiffness. The last row stands alone."""
+    K = np.diag([3.3, 2.2, 2 * stiffness, 2 * stiffness, stiffness])
+    K[0, 1] = K[1, 0] = -1.0
+    K[1, 2] = K[2, 1] = coupling * stiffness**0.5
+    K[2, 3] = K[3, 2] = -stiffness
+    M = np.diag([1.0, 1.0, 0.0, 0.0, mass])
+    scale = np.outer(units, units)
+    omega, modes = real_modes(K * scale, M * scale, 5, ratios=None)
+    condensed = 2.2 - 2 / 3 * coupling**2
+    middle, half = (3.3 + condensed) / 2, (3.3 - condensed) / 2
+    squares = [middle - np.hypot(half, 1.0), middle + np.hypot(half, 1.0)]
+    if mass:
+        squares.append(stiffness / mass)
+    assert omega**2 == pytest.approx(squares, rel=1e-9)
+    assert modes.T @ (M * scale) @ modes == pytest.approx(np.eye(len(squares)), abs=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [1.0, 1e12, 1e16])
+def test_a_stiff_row_without_mass_leaves_a_sparse_chain_its_modes(stiffness):
+    """A chain of n unit masses between walls has the frequencies 2 sin(k pi / (2 n + 2))."""
+    n = 500
+    neighbours = np.append(-np.ones(n - 1), 0.0)
+    diagonal = np.append(2.0 * np.ones(n), stiffness)
+    K = csc_array(diags_array([neighbours, diagonal, neighbours], offsets=[-1, 0, 1]))
+    M = csc_array(diags_array(np.append(np.ones(n), 0.0)))
+    omega, _ = real_modes(K, M, 5, ratios=None)
+    assert omega == pytest.approx(2 * np.sin(np.arange(1, 6) * np.pi / (2 * n + 2)), rel=1e-9)
 
 
 def test_modal_ratios_are_the_damping_ratios():
