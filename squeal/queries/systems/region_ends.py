@@ -15,7 +15,7 @@ NARROW = 1e-9
 """The share of a frequency by which a region is searched beyond its ends: copies of a multiple root
 that rounding moves over an end are met on both sides."""
 COPIES = 5.0
-"""How many times its own rounding a copy of a multiple root may be off: one of 60 was 3.4."""
+"""How many times its own rounding a copy of a multiple root may be off: one of 60 was by 3.4."""
 ROUGH = 1e-3
 """The share of |lambda| by which rough values, that a search met but did not refine, may be off."""
 
