@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any, Literal
 
+import hypothesis
 import numpy as np
 import pytest
 
@@ -85,6 +86,9 @@ def _refuse_connections(event: str, arguments: tuple[Any, ...]) -> None:
 
 
 sys.addaudithook(_refuse_connections)
+# the same cases everywhere, however slow the machine, and no file of them in the repository
+hypothesis.settings.register_profile("any machine", deadline=None, database=None, derandomize=True)
+hypothesis.settings.load_profile("any machine")
 
 
 def random_pad(seed: int, model: str = "", **fixed: Any) -> Pad:

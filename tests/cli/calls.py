@@ -15,10 +15,10 @@ def run(capsys, *arguments):
     return main([str(a) for a in arguments]), *capsys.readouterr()
 
 
-def words(command):
-    """The words of a command; the path of the repository may hold blanks."""
+def words(command, **paths):
+    """The words of a command, with paths where their names stand; paths may hold blanks."""
     parts = command.replace(str(ROOT), "ROOT").split()
-    return [part.replace("ROOT", str(ROOT)) for part in parts]
+    return [str(paths.get(part, part)).replace("ROOT", str(ROOT)) for part in parts]
 
 
 def answer(capsys, *arguments):

@@ -73,7 +73,7 @@ def test_a_damping_ratio_has_one_form_for_people_and_one_for_programs(capsys, pa
 def test_json_has_the_promised_keys(capsys, tmp_path, pad, command):
     system = tmp_path / "system.yaml"
     system.write_text(SYSTEM)
-    found = answer(capsys, *words(command.replace("SYSTEM", str(system)).replace("PAD", str(pad))))
+    found = answer(capsys, *words(command, SYSTEM=system, PAD=pad))
     for place, keys in KEYS[command].items():
         one = found[place] if place else found
         assert set(keys.split()) <= (one[0] if isinstance(one, list) else one).keys(), place
@@ -127,10 +127,10 @@ def test_queries_load_neither_integrators_nor_plots(pad):
     # place in a query of a third
     lean = {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}
     leanest = lean | {"squeal.io.system", "squeal.sparse.argument_principle"}
-    refused = {f"{name} {pad}": leanest for name in ("eigenvalues", "critical-friction")}
+    refused = {f"{name} PAD": leanest for name in ("eigenvalues", "critical-friction")}
     others = ("eigenvalues", "sliding", "critical-friction", "advise", "map --n 5")
     refused |= {f"{name} {B3}": lean for name in others}
-    code = [sys.executable, "-c", CODE, json.dumps([words(one) for one in refused])]
+    code = [sys.executable, "-c", CODE, json.dumps([words(one, PAD=pad) for one in refused])]
     done = subprocess.run(code, capture_output=True, text=True, check=True)
     for (command, no), line in zip(refused.items(), done.stderr.splitlines(), strict=True):
         assert not set(line.split()) & no, command

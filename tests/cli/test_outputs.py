@@ -161,7 +161,7 @@ def test_a_picture_of_a_motion_is_of_the_kind_that_its_name_says(tmp_path, capsy
     assert path.read_bytes().startswith(KINDS[ending][:5])
     assert "history" not in found
     if ending == ".svg":
-        text = path.read_text()
+        text = path.read_text(encoding="utf-8")
         forces = [s.name for s in contact_law(read_scene(scene).model).plotted if s.is_force]
         assert all(f'id="spectrum {name}"' in text for name in forces)
         assert text.count("position of the reaction over the half length") == 1

@@ -16,6 +16,7 @@ import pytest
 from squeal.cli import streams
 from squeal.cli.main import COMMANDS
 from squeal.io.provenance import ROOT
+from tests.cli import calls
 from tests.cli.calls import B1, B2, B3, answer, run
 
 DRUM = ROOT / "article" / "literature" / "systems" / "drum_brake.yaml"
@@ -57,7 +58,7 @@ def test_standard_output_holds_what_was_asked_for_and_nothing_else(wild):
         assert (done.returncode, done.stderr) == (0, "")
         assert all(command in done.stdout for command in COMMANDS)
     # in this scene heyoka's search for roots complains, by default on standard output
-    done = fresh(f"SQUEAL simulate {wild} --set m=1e20 --json")
+    done = fresh(f"SQUEAL simulate {shlex.quote(str(wild))} --set m=1e20 --json")
     assert done.returncode == 0
     assert json.loads(done.stdout)["model"] == "B1"
     for words, code, out, err in (
@@ -128,9 +129,9 @@ CANNOT_GROW = [
 
 
 @pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
-@pytest.mark.parametrize("words", CANNOT_GROW)
+@pytest.mark.parametrize("command", CANNOT_GROW)
 def test_a_file_that_cannot_grow_is_refused_and_what_was_there_stays(
-    capsys, monkeypatch, tmp_path, words
+    capsys, monkeypatch, tmp_path, command
 ):
     import resource
 
@@ -140,11 +141,11 @@ def test_a_file_that_cannot_grow_is_refused_and_what_was_there_stays(
     before, most = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, most))
     try:
-        code, _, err = run(capsys, *words.split())
+        code, _, err = run(capsys, *calls.words(command))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (before, most))
     assert code == 2, err
-    assert err.startswith(f"squeal: {words.split()[-1]}")
+    assert err.startswith(f"squeal: {calls.words(command)[-1]}")
     assert err.endswith("cannot be written: File too large\n")
     assert err.count("\n") == 1
     assert {path.name for path in tmp_path.rglob("*")} == {"folder", "motion.csv"}

@@ -136,7 +136,7 @@ def test_a_half_may_hold_numbers_whose_squares_no_double_holds(read):
 
 
 @given(st.lists(st.sampled_from([None, None, 0.0, -1.0, 2.0]), min_size=16, max_size=16))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_sides_are_those_that_a_look_at_each_pair_of_entries_finds(values):
     """None is no entry, and a zero in the file is one."""
     table = [values[4 * i : 4 * i + 4] for i in range(4)]

@@ -72,7 +72,7 @@ def test_round_trip_to_the_last_bit_whatever_the_suffix_says(tmp_path, matrix, s
     assert fingerprint(found) == fingerprint(matrix)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(values=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=9, max_size=9))
 def test_every_double_comes_back_from_text(tmp_path_factory, values):
     matrix = np.array(values).reshape(3, 3)
