@@ -3,6 +3,7 @@
 import gzip
 import os
 import struct
+import sys
 from typing import Any
 from zipfile import ZipFile
 
@@ -438,6 +439,22 @@ def test_two_arrays_of_one_name_in_an_archive_are_refused(tmp_path):
                 np.save(member, np.array([[value]]))
     with pytest.raises(InputError, match="two arrays of one name among K, K"):
         read_matrix(tmp_path / "d.npz", "K")
+
+
+class Uncompiled:
+    """A module of pyyeti where no folder for what Numba compiles can be written."""
+
+    def __getattr__(self, name):
+        raise RuntimeError("cannot cache function '_numba_interp': no locator available")
+
+
+@pytest.mark.parametrize("name", ["K.op4", "job.op2"])
+def test_a_library_that_cannot_be_loaded_is_not_laid_on_the_file(tmp_path, monkeypatch, name):
+    monkeypatch.setitem(sys.modules, "pyyeti.nastran", Uncompiled())
+    monkeypatch.setitem(sys.modules, "pyyeti.nastran.op2", Uncompiled())
+    (tmp_path / name).write_bytes(b"1")
+    with pytest.raises(InputError, match=f"{name}: pyyeti: cannot cache .*NUMBA_CACHE_DIR"):
+        read_matrix(tmp_path / name)
 
 
 def test_op2_that_is_laid_out_by_hand_is_read(tmp_path):

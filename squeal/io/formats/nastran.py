@@ -1,6 +1,8 @@
 """Nastran: cards DMIG of bulk data or a punch file, and its OP4 and OP2 files by pyyeti."""
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -144,6 +146,17 @@ def _dmig_entries(name: str, cards: list[list[str]]) -> list[tuple[str, ...]]:
     return entries
 
 
+@contextmanager
+def _import_of_pyyeti() -> Iterator[None]:
+    """Refuse where pyyeti, which Numba compiles, finds no folder for what is compiled."""
+    try:
+        with np.printoptions():  # the import changes how NumPy prints: change it back
+            yield
+    except RuntimeError as error:
+        reason = f"pyyeti: {error}; the environment variable NUMBA_CACHE_DIR may name a folder"
+        raise InputError(f"{reason} that can be written") from None
+
+
 def read_op4(path: Path) -> NamedMatrices:
     """The matrices of an OP4 file, their names in capitals as Nastran writes them.
 
@@ -151,7 +164,7 @@ def read_op4(path: Path) -> NamedMatrices:
     text file; of a binary file of single precision the array has that type, although pyyeti reads
     it as double.
     """
-    with np.printoptions():  # the import of pyyeti changes how NumPy prints: change it back
+    with _import_of_pyyeti():
         from pyyeti.nastran import op4
 
     with path.open("rb") as stream:
@@ -172,7 +185,7 @@ def read_op4(path: Path) -> NamedMatrices:
 
 def read_op2(path: Path) -> NamedMatrices:
     """The matrices of an OP2 file."""
-    with np.printoptions():  # see `read_op4`
+    with _import_of_pyyeti():
         from pyyeti.nastran.op2 import OP2
 
     with OP2(str(path)) as file:
