@@ -1,6 +1,7 @@
 """What `squeal example` writes: it runs where it lies, and other programs find the same of it."""
 
 import json
+import os
 import shlex
 
 import numpy as np
@@ -34,6 +35,18 @@ def test_a_brake_in_the_files_of_each_program_is_the_same(form, tmp_path):
     digits = 5e-10 if form == "nastran" else 1e-15  # ten digits in a punch file
     for matrix, wanted in zip(read.at(), made.at(), strict=True):
         assert abs(matrix - wanted).max() <= digits * abs(wanted).max()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="permissions of POSIX")
+@pytest.mark.parametrize("name", ["pad", "article"])
+def test_files_of_an_example_have_the_permissions_of_new_files(tmp_path, name):
+    """Not those of the package, which is read-only where a system installs it."""
+    before = os.umask(0o077)
+    try:
+        files = write_example(name, tmp_path, Size())
+    finally:
+        os.umask(before)
+    assert {(tmp_path / file).stat().st_mode & 0o777 for file in files} == {0o600}
 
 
 def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):

@@ -94,7 +94,7 @@ class Example:
 
 def write_pad(folder: Path, _: Size) -> None:
     """The pad of the README and ranges of its parameters."""
-    shutil.copy(HERE / "pad.yaml", folder)
+    shutil.copyfile(HERE / "pad.yaml", folder / "pad.yaml")
     (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
 
 
@@ -165,7 +165,7 @@ def _copied(source: Path) -> Callable[[Path, Size], None]:
 
     def write(folder: Path, _: Size) -> None:
         for file in sorted(source.glob("*.yaml")):
-            shutil.copy(file, folder)
+            shutil.copyfile(file, folder / file.name)
 
     return write
 
