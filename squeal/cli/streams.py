@@ -73,8 +73,13 @@ def say(text: str, end: str = "\n") -> None:
         _silence(sys.stderr)
 
 
+def _takes_escapes(stream: TextIO) -> bool:
+    """True for a terminal that obeys escape sequences; a dumb one, as in Emacs, prints them."""
+    return stream.isatty() and os.environ.get("TERM") != "dumb"
+
+
 def _erase() -> str:
-    return "\r\033[K" if sys.stderr.isatty() else ""
+    return "\r\033[K" if _takes_escapes(sys.stderr) else ""
 
 
 def _silence(stream: TextIO) -> None:
@@ -91,7 +96,7 @@ def steps() -> Callable[[str], None]:
 
     def show(text: str) -> None:
         nonlocal printed_at
-        if sys.stderr.isatty() or time.monotonic() > printed_at + SILENCE:
+        if _takes_escapes(sys.stderr) or time.monotonic() > printed_at + SILENCE:
             printed_at = time.monotonic()
             say(f"squeal: {text}")
 
@@ -111,7 +116,7 @@ def counter(what: str) -> Callable[[int, int], None]:
         line = ""
         if done < count:
             line = f"{done} of {count} {what}, {remaining(begun, done, count)}"
-        if sys.stderr.isatty():
+        if _takes_escapes(sys.stderr):
             say(line, end="")
         elif line:
             show_step(line)
@@ -131,7 +136,7 @@ def printed(text: str) -> int:
     """
     encoding = sys.stdout.encoding or "utf-8"
     shown = visible(text).encode(encoding, "backslashreplace").decode(encoding)
-    if sys.stdout.isatty() and not os.environ.get("NO_COLOR"):
+    if _takes_escapes(sys.stdout) and not os.environ.get("NO_COLOR"):
         shown = _VERDICT.sub(_coloured, shown)
     try:
         print(shown, flush=True)

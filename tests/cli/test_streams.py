@@ -98,14 +98,31 @@ def test_long_work_says_a_line_now_and_then_where_nobody_sees_a_terminal(capsys,
 
 
 class Terminal(io.TextIOWrapper):
-    """One that takes nothing, as of a command whose shell has gone (`stty tostop`)."""
+    """What says that it is a terminal."""
 
     def isatty(self):
         return True
 
 
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [("xterm", "\r\033[Ka step\n\033[1;32mStable\033[0m\n"), ("dumb", "a step\nStable\n")],
+)
+def test_a_terminal_that_obeys_no_escape_sequences_gets_none(monkeypatch, kind, expected):
+    monkeypatch.setenv("TERM", kind)
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    terminal = Terminal(io.BytesIO(), newline="\n")
+    monkeypatch.setattr(sys, "stderr", terminal)
+    monkeypatch.setattr(sys, "stdout", terminal)
+    streams.say("a step")
+    streams.printed("Stable")
+    assert terminal.buffer.getvalue().decode() == expected
+
+
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no full device here")
 def test_a_terminal_that_takes_no_progress_stops_nothing(monkeypatch):
+    """As of a command whose shell has gone (`stty tostop`)."""
+    monkeypatch.setenv("TERM", "xterm")
     with open("/dev/full", "wb", buffering=0) as device, Terminal(device) as terminal:
         monkeypatch.setattr(sys, "stderr", terminal)
         show = streams.counter("samples")
