@@ -42,7 +42,7 @@ def mapped(
         return
     pool = _lasting_pool(workers_of_verb())
     try:
-        with _interrupts_ignored():  # the first task starts the processes
+        with _interrupts_blocked():  # the first task starts the processes
             futures = [pool.submit(work, task) for task in tasks]
         for future in futures:
             yield future.result()
@@ -63,16 +63,24 @@ def mapped(
 
 
 @contextmanager
-def _interrupts_ignored() -> Iterator[None]:
-    """Let processes that are started meanwhile ignore interrupts, as this one does."""
+def _interrupts_blocked() -> Iterator[None]:
+    """Let processes that are started meanwhile take no interrupts; this one takes its own after."""
     if threading.current_thread() is not threading.main_thread():  # others may not set signals
         yield
         return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    arrived: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: arrived.append(number))
+    has_masks = os.name != "nt"
+    if has_masks:  # which new processes inherit
+        mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     try:
         yield
     finally:
+        if has_masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         signal.signal(signal.SIGINT, before)
+    if arrived:
+        signal.raise_signal(signal.SIGINT)
 
 
 def with_progress(

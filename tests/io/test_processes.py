@@ -20,9 +20,11 @@ from tests.conftest import SCENES
 INTERRUPTED = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
 SCRIPT = """
 import os, signal, sys, threading, time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 MARKS = Path("marks")
+submit = ProcessPoolExecutor.submit
 
 if __name__ == "__mp_main__":  # as a process of the pool imports this
     (MARKS / str(os.getpid())).touch()
@@ -36,10 +38,13 @@ def work(*_):
     os._exit(0)
 
 def interrupt(send, marks):
-    # once the processes have begun and this one hears interrupts again
-    while len(list(MARKS.iterdir())) < marks or signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    while len(list(MARKS.iterdir())) < marks:
         time.sleep(0.01)
     send(os.getpid(), signal.SIGINT)
+
+def interrupted_submit(*task):
+    signal.raise_signal(signal.SIGINT)
+    return submit(*task)
 
 if __name__ == "__main__":
     from squeal.queries import scatter
@@ -92,14 +97,18 @@ def test_a_process_that_is_killed_is_said(work):
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize(
-    ("working", "send"),  # processes that work already, or else import; all or the parent alone
-    [(0, "os.killpg"), (2, "os.kill")],
+    ("processes", "interrupts"),
+    [
+        ("start", "ProcessPoolExecutor.submit = interrupted_submit"),
+        ("import", "threading.Thread(target=interrupt, args=(os.killpg, 2), daemon=True).start()"),
+        ("work", "threading.Thread(target=interrupt, args=(os.kill, 4), daemon=True).start()"),
+    ],
 )
-def test_an_interrupt_is_said_once(tmp_path, working, send):
-    interrupts = f"threading.Thread(target=interrupt, args=({send}, {2 + working}), daemon=True)"
-    (tmp_path / "script.py").write_text(SCRIPT.replace("INTERRUPTS", f"{interrupts}.start()"))
+def test_an_interrupt_is_said_once(tmp_path, processes, interrupts):
+    """Sent to all processes, or to the parent alone."""
+    (tmp_path / "script.py").write_text(SCRIPT.replace("INTERRUPTS", interrupts))
     (tmp_path / "marks").mkdir()
-    if not working:
+    if processes == "import":
         (tmp_path / "stuck").touch()
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
     command = f"scatter {SCENES / 'b3.yaml'} spreads.yaml --workers 2"
