@@ -287,10 +287,10 @@ class Condensation:
         R = _beyond_rounding(R, np.abs(R).max(axis=0))
         L = _beyond_rounding(L, np.abs(L).max(axis=0))
         L = np.linalg.solve(L.T @ E @ R, L.T)  # (m, N), so that L E R = 1
-        # det(F - sigma E) = c (z_1 - sigma) (z_2 - sigma) ... over the finite roots, and the
-        # determinant of L F R - sigma is this product over the followed ones. Their quotient has
-        # the sign of c, unless a fast root that is left out changes its sign, and c changes its
-        # sign where a root passes through infinity
+        # det(F - sigma E) = c (z_1 - sigma) (z_2 - sigma) ... over all finite roots, and the
+        # determinant of L F R - sigma is this product over the followed ones: their signs together
+        # give that of c times the factors of the roots that are left out. It changes where a root
+        # passes through infinity; `problem` compares it with the sign at the middle sample
         of_followed = L @ F @ R - sigma * np.eye(self.size)
         sign = np.linalg.slogdet(shifted)[0] * np.linalg.slogdet(of_followed)[0]
         return Subspaces(L, R, float(sign))
