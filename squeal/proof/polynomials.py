@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from squeal.proof.balls import Ball, high_end, low_end
 from squeal.proof.exact import PRECISION, pieces_of_polynomial
 from squeal.proof.pieces import Piece
-from squeal.proof.terms import Terms
+from squeal.proof.terms import Factor, Terms
 
 try:
     import flint
@@ -109,6 +109,15 @@ class ExactRange:
                 factors += [factor] * power
                 changes += changes_of_factor * power
         return cls(factors, changes)
+
+    @property
+    def passes_zero_together(self) -> bool:
+        """Whether a pair, or several roots at one value, begin or end to grow at zero."""
+        values = []
+        for change in self.changes:
+            if change.omega == 0.0:
+                values += [change.low] * abs(change.rise)
+        return len(set(values)) < len(values)
 
     def roots_at(self, value: float) -> NDArray[np.complex128]:
         """All finite roots (m,), rad/s, with the exact sign of each real part."""
@@ -412,6 +421,18 @@ def _determinant_of(terms: Terms, low: float, high: float) -> Polynomial | None:
         for i, j in np.argwhere(matrix).tolist():
             rows[i][j] += _exactly(float(matrix[i, j])) * factor * s**power
     return _determinant(rows)
+
+
+def poles(factor: Factor, low: float, high: float) -> list[float]:
+    """The values of the parameter within a range at which a rational function divides by zero; none
+    of a function that is not rational."""
+    _, p = flint.fmpq_mpoly_ctx.get(("s", "p"), "lex").gens()
+    try:
+        quotient = Quotient(p**0, p**0) * factor(Quotient(p, p**0))
+    except (ArithmeticError, ValueError):
+        return []
+    zeros = _zeros_within(_of_parameter(quotient.denominator, 0), low, high)
+    return [(zero.low + zero.high) / 2.0 for zero in zeros]
 
 
 @dataclass(frozen=True, eq=False)

@@ -330,6 +330,29 @@ def exact_range(system: TermSystem, low: float, high: float) -> ExactRange | Non
         return None
 
 
+def refuse_poles(system: TermSystem, low: float, high: float) -> None:
+    """Raise InputError where a factor divides by zero within a range of the parameter.
+
+    Roots that pass through infinity there are not followed. Only rational functions are examined;
+    none without the library of ball arithmetic.
+    """
+    from squeal.proof.polynomials import poles
+
+    for term in system.terms:
+        if not isinstance(term.factor, Formula):
+            continue
+        try:
+            factor = _product([term.factor], system)
+        except ImportError:
+            return
+        for pole in [] if factor is None else poles(factor, low, high):
+            raise InputError(
+                f"{term.factor.text}: is not a finite number at {system.parameter} = {pole:.9g}, "
+                f"within the range from {low:g} to {high:g}; the range must end before or begin "
+                "behind it"
+            )
+
+
 def system_statement(
     system: TermSystem,
     crossings: Sequence[Crossing],

@@ -44,6 +44,7 @@ if TYPE_CHECKING:  # pads start without the referee and the solvers of systems
 ADMISSIBLE_TO = 1e-9  # relative: to which the end of the admissible range is located
 NEAR_FOLD = 1e-9  # relative: closer to a fold rounding makes spurious thresholds
 GROWS_OUTSIDE = "what grows outside of the band or region may enter it while it grows"
+FEW_ROWS = 5  # up to which exact thresholds take less time than a search
 NO_FREQUENCY = "of a crossing that is not located to rounding no frequency is proved"
 
 Located = TypeVar("Located", CriticalPoint, Crossing)
@@ -353,7 +354,8 @@ def system_thresholds_with_proof(
     list, the search is repeated with a step that ends at the value in question; the last of up to
     `SEARCHES` lists stands. Once at most, thresholds that are exact for the entries, see
     `exact_range`, replace a search: the first one where M is singular, since a search may fail
-    there, else the one after a list that is not certified.
+    there, and where few rows have roots that pass zero together; else the one after a list that is
+    not certified.
 
     Parameters
     ----------
@@ -371,7 +373,7 @@ def system_thresholds_with_proof(
     InputError
         For an empty range, and with `prove` for a system that cannot be proved.
     """
-    from squeal.queries.ranges import PROVED_ROWS, SEARCHES, exact_range
+    from squeal.queries.ranges import PROVED_ROWS, SEARCHES, exact_range, refuse_poles
     from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.data_precision import with_doubts
     from squeal.queries.systems.matrices import ALL_ROWS
@@ -404,11 +406,17 @@ def system_thresholds_with_proof(
     analysis.warn_of_unused_parameter()
     if low is None:
         low = start_of_range(system, high)
+    refuse_poles(system, low, high)
     exact_thresholds = None
     may_try_exact = is_to_be_proved and lists_all  # at most once
-    if may_try_exact and not is_regular(dense(system(low)[0])):  # M is singular
-        may_try_exact = False
-        exact_thresholds = exact_range(system, low, high)
+    if may_try_exact:
+        is_singular = not is_regular(dense(system(low)[0]))
+        if is_singular or system.n <= FEW_ROWS:
+            exact_thresholds = exact_range(system, low, high)
+        # a search divides its steps in vain beside roots that pass zero together
+        if not is_singular and not (exact_thresholds and exact_thresholds.passes_zero_together):
+            exact_thresholds = None
+        may_try_exact = not is_singular and exact_thresholds is None
     step_ends: list[float] = []  # values at which the referee refuted an earlier list
     for _ in range(SEARCHES):
         # of a band `all_crossings` are those of all roots, None if these were not followed

@@ -519,8 +519,10 @@ THROUGH_ZERO = {
 
 
 @pytest.mark.parametrize(("C", "K", "kinds"), THROUGH_ZERO.values(), ids=list(THROUGH_ZERO))
-def test_roots_that_pass_zero_together_are_what_they_are_beyond(C, K, kinds):
-    """s^2 + C s + K = 0 has two roots of zero at the threshold."""
+def test_roots_that_pass_zero_together_are_what_they_are_beyond(C, K, kinds, monkeypatch):
+    """s^2 + C s + K = 0 has two roots of zero at the threshold, beside which a search would divide
+    its steps in vain."""
+    monkeypatch.delattr("squeal.queries.systems.thresholds.thresholds")
     system = squeal.System([[1.0]], {C: [[1.0]]}, {K: [[1.0]]})
     answer = squeal.thresholds(system, 1.0, low=0.0)
     assert answer.certified
@@ -543,3 +545,24 @@ def test_a_slow_pair_that_soon_turns_into_two_real_roots_is_no_divergence(stiffn
     unit = 10.0 ** Decimal(repr(slow.frequency_hz)).as_tuple().exponent
     error = abs(slow.frequency_hz - math.sqrt(stiffness) / (2 * math.pi))
     assert error <= max(0.6 * unit, 2e-7 * slow.frequency_hz)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "factor", "pole"),
+    [
+        ("K", "1/(mu-0.5)", "0.5"),
+        ("C", "1/(mu-0.3)", "0.3"),
+        ("M", "1/(2 - 4*mu)", "0.5"),
+        ("K", "mu/(mu**2 - 0.5)", "0.707106781"),
+        ("K", "(mu**2 - 0.25)/(mu - 0.5)", "0.5"),
+    ],
+)
+def test_a_factor_without_a_value_within_the_range_is_refused_before_any_search(
+    matrix, factor, pole
+):
+    matrices = {"M": {"1": np.eye(2)}, "C": {"1": np.eye(2)}, "K": {"1": 2.0 * np.eye(2)}}
+    matrices[matrix][factor] = [[0.0, 1.0], [0.0, 0.0]]
+    system = squeal.System(**matrices)
+    with pytest.raises(InputError, match=f"not a finite number at mu = {pole}, within the range"):
+        squeal.thresholds(system, 1.0, low=0.0)
+    assert squeal.thresholds(system, 0.25, low=0.0).high == 0.25
