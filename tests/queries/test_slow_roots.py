@@ -102,17 +102,17 @@ def test_what_rounding_hides_is_not_given(decades):
 
 @pytest.mark.parametrize("slow", [-3.0, 3.0])
 @pytest.mark.parametrize("modes", [None, 1])
-def test_a_stiff_spring_hides_what_it_is_coupled_with(slow, modes):
-    """And nothing of a motion that nothing couples to it."""
+def test_a_stiff_spring_hides_nothing_of_a_slow_motion(slow, modes):
+    """Whether it is coupled with it, where the solver in doubles computes zeros, or not."""
+    pytest.importorskip("flint")
     apart = np.diag([1e18, 1e18, slow])
-    (first, *_) = system_roots(
-        system_of(np.eye(3), None, apart), EigenvalueSelection(modes=modes)
-    ).eigenvalues
-    assert abs(first.value) == pytest.approx(np.sqrt(3.0), rel=1e-14)
-    assert first.kind == ("divergence" if slow < 0.0 else "marginal")
     joined = apart + np.diag([1e17, 1.0], 1) + np.diag([1e17, 1.0], -1)
-    with pytest.raises(ComputationError, match=HIDDEN):
-        system_roots(system_of(np.eye(3), None, joined), EigenvalueSelection(modes=modes))
+    for K in (apart, joined):
+        (first, *_) = system_roots(
+            system_of(np.eye(3), None, K), EigenvalueSelection(modes=modes)
+        ).eigenvalues
+        assert abs(first.value) == pytest.approx(np.sqrt(3.0), rel=1e-14)
+        assert first.kind == ("divergence" if slow < 0.0 else "marginal")
 
 
 @pytest.mark.parametrize(
