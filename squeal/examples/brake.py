@@ -493,7 +493,10 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
 def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
     """Write matrices in the form of a program, coordinates, elements and the system file."""
     has_input_file = form in ("abaqus", "calculix")  # it holds nodes and elements
-    mesh = {"coordinates": {"file": "nodes.csv"}, "elements": {"file": "elements.csv"}}
+    mesh: dict[str, Any] = {
+        "coordinates": {"file": "nodes.csv"},
+        "elements": {"file": "elements.csv"},
+    }
     if has_input_file:
         mesh = {key: {"file": "brake.inp"} for key in mesh}
     with whole_folder(folder) as temporary:

@@ -345,7 +345,9 @@ def refuse_poles(system: TermSystem, low: float, high: float) -> None:
             factor = _product([term.factor], system)
         except ImportError:
             return
-        for pole in [] if factor is None else poles(factor, low, high):
+        if factor is None:
+            continue
+        for pole in poles(factor, low, high):
             raise InputError(
                 f"{term.factor.text}: is not a finite number at {system.parameter} = {pole:.9g}, "
                 f"within the range from {low:g} to {high:g}; the range must end before or begin "
