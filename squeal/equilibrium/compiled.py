@@ -25,6 +25,9 @@ from squeal.model.contact import ContactLaw
 from squeal.model.equations import net_loads
 from squeal.model.pad import Coefficients, Number, Pose, pose_of
 
+# its warnings, as of a home that cannot be written, would go to standard output
+hy.set_logger_level_critical()
+
 COUNT = len(Coefficients._fields)
 INITIAL_GAP = hy.par[COUNT]
 THETA_0 = hy.par[COUNT + 1]

@@ -18,6 +18,7 @@ from squeal.cli.main import COMMANDS
 from squeal.io.provenance import ROOT
 from tests.cli import calls
 from tests.cli.calls import B1, B2, B3, answer, run
+from tests.conftest import needs_heyoka
 
 DRUM = ROOT / "article" / "literature" / "systems" / "drum_brake.yaml"
 WILD = "m: 1, w: 1, h: 0.2, k1: 1, k2: 1, k3: 1, k4: 1, L1: 1, L2: 1, alpha1: 2, alpha2: 2"
@@ -76,6 +77,16 @@ def test_standard_output_holds_what_was_asked_for_and_nothing_else(wild):
         assert done.returncode == code, words
         assert re.fullmatch(out, done.stdout, re.DOTALL), words
         assert re.fullmatch(err, done.stderr, re.DOTALL), words
+
+
+@needs_heyoka
+@pytest.mark.parametrize("module", ["equilibrium.compiled", "simulation.taylor"])
+def test_a_home_that_cannot_be_written_adds_nothing_to_standard_output(module):
+    """Heyoka has no place for what it compiled."""
+    code = f"import squeal.{module}, heyoka as hy; x = hy.make_vars('x'); hy.cfunc([x + 1.0], [x])"
+    home = {"HOME": os.devnull, "XDG_CACHE_HOME": os.devnull}
+    done = fresh(f'{shlex.quote(sys.executable)} -c "{code}"', env=os.environ | home)
+    assert (done.returncode, done.stdout) == (0, "")
 
 
 def test_long_work_says_a_line_now_and_then_where_nobody_sees_a_terminal(capsys, monkeypatch):
