@@ -18,7 +18,9 @@ def checked(script: str) -> str:
     pytest.importorskip("mypy")
     options = ["--strict", "--config-file", str(ROOT / "pyproject.toml"), "--follow-imports=silent"]
     command = [sys.executable, "-m", "mypy", *options, "--no-error-summary", str(HERE / script)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False).stdout
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert run.stderr == ""  # else mypy itself failed, and said nothing of the script
+    return run.stdout
 
 
 def test_a_users_script_passes_strict_types():
