@@ -155,9 +155,10 @@ class Reduction:
         # the matrices of M, then of C, then of K
         self._matrices = list(itertools.chain(*scaled.terms))
         self._norms = np.array([norm_of(A) for A in self._matrices])
-        probes = random_vectors(scaled.n, seed=48)
-        self._probed = [A.T @ probes for A in self._matrices]
+        self._probes = random_vectors(scaled.n, seed=48)
+        self._probed = [A.T @ self._probes for A in self._matrices]
         self._sketch: Array = np.zeros((len(self._matrices), SKETCH, 0))
+        self._outside = self._sketch  # of the images of the basis, their parts outside of it
 
     def extend(self, columns: ComplexArray, dropped: float = RESIDUAL_TOLERANCE / 10) -> None:
         """Enlarge the basis by the real and imaginary parts of columns (n, m), and project the
@@ -184,6 +185,9 @@ class Reduction:
         # the residuals' sketch: random vectors times each full matrix, times the new vectors
         sketch = np.array([images.T @ new for images in self._probed])
         self._sketch = np.concatenate([self._sketch, sketch], axis=2)
+        probed_basis = self._probes.T @ self.vectors
+        inside = [probed_basis @ term.matrix for term in self.system.terms]
+        self._outside = self._sketch - inside
 
     def sample(self, changes: Parameters, region: Rectangle, certify: bool = False) -> None:
         """Add the modes of the full problem in a region at the parameters, some with `changes`.
@@ -316,9 +320,13 @@ class Reduction:
         return roots_at(M, C, K, values, stiffness)
 
     def residuals(self, roots: Roots, changes: Parameters) -> Array:
-        """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
+        """Backward errors (m,) in the full problem of roots of the reduced one, estimated.
+
+        Of the residuals outside of the basis: those inside are rounding, and more than that where
+        close roots share vectors, see `roots_at`, which more samples cannot lessen.
+        """
         weights = term_weights(self.system, self.system.values(changes), roots.values)
-        return estimated_backward_errors(self._sketch, self._norms, roots.right, weights)
+        return estimated_backward_errors(self._outside, self._norms, roots.right, weights)
 
     def modes(self, changes: Parameters) -> EstimatedModes:
         """The roots in the region whose residuals in the full problem show that they are no

@@ -250,8 +250,7 @@ def test_a_basis_of_all_motions_lacks_nothing():
         assert np.allclose(np.sort_complex(step.roots), np.sort_complex(expected), rtol=1e-12)
 
 
-# vectors that two roots share have residuals as large as the distance of the roots
-@pytest.mark.filterwarnings("ignore:1 full solutions do not suffice")
+@pytest.mark.filterwarnings("error:1 full solutions do not suffice")
 @pytest.mark.parametrize("method", ["modal", "reduced"])
 @pytest.mark.parametrize("rows", [2, 6])
 @pytest.mark.parametrize("distance", [9e-8, 5e-8, 2e-8, 1e-8, 5e-9, 2e-9])
