@@ -281,7 +281,8 @@ def assemble(
     InputError
         For two components of one name, without a contact, for a contact that does not fit its
         components or has friction without a direction of sliding, for a `parameter` that is none,
-        if no component is loaded although pairs may open, and if all pairs open.
+        if no component is loaded although pairs may open, if all pairs open, and if nothing holds
+        a component.
     ComputationError
         If the search for the closed pairs does not end.
 
@@ -453,11 +454,14 @@ def _contact_springs(pairs: PairDirections, static: StaticContact, is_large: boo
     tangential = static.closed * pairs.area * contact.tangential
     friction = f"({contact.friction}) * ({contact.factor})"
     # static.stiffness is zero where a pair is open, and does not hold the factor yet
-    springs = _coupling(pairs.normal, static.stiffness, pairs.normal, contact.factor, is_large)
+    normal = (static.stiffness, static.stiffness_errors)
+    springs = _coupling(pairs.normal, *normal, pairs.normal, contact.factor, is_large)
     for direction in pairs.across:
-        springs += _coupling(direction, tangential, direction, "tangential", is_large)
+        springs += _coupling(
+            direction, tangential, np.zeros(len(tangential)), direction, "tangential", is_large
+        )
     # a pair that opens by u along the normal loses the friction mu k u along sliding
-    springs += _coupling(pairs.sliding, static.stiffness, pairs.normal, friction, is_large)
+    springs += _coupling(pairs.sliding, *normal, pairs.normal, friction, is_large)
     return springs
 
 
@@ -476,26 +480,35 @@ def _contact_dampers(pairs: PairDirections, static: StaticContact, is_large: boo
         # v = speed radius: the radius is 1 if `speed` is in m/s; if it is in rad/s, the radius is
         # the distance from the axis in m
         friction = f"({contact.friction}) / ({contact.speed})"
-        forces = static.forces / pairs.radius
+        forces = (static.forces / pairs.radius, static.force_errors / pairs.radius)
         # forces across the sliding, by velocities across it
-        dampers += _coupling(across, forces, across, friction, is_large)
+        dampers += _coupling(across, *forces, across, friction, is_large)
     if contact.slope != "0":  # the default, of friction that does not depend on speed
         sliding = pairs.sliding
         # the slope is by v in m/s, about an axis too: no radius here
-        dampers += _coupling(sliding, static.forces, sliding, contact.slope, is_large)
+        forces = (static.forces, static.force_errors)
+        dampers += _coupling(sliding, *forces, sliding, contact.slope, is_large)
     return dampers
 
 
 def _coupling(
-    force: csr_array, weights: Array, displacement: csr_array, factor: str, is_large: bool
+    force: csr_array,
+    weights: Array,
+    errors: Array,
+    displacement: csr_array,
+    factor: str,
+    is_large: bool,
 ) -> list[Term]:
     """The term force^T diag(weights) displacement times a factor; none if the product is empty.
 
     At each of the m pairs a row of `displacement` (m, n) times the displacements of all rows is a
     relative displacement. This times the weight (m,) of the pair, a stiffness or damping, is a
-    force, which acts on the rows as the pair's row of `force` (m, n) says.
+    force, which acts on the rows as the pair's row of `force` (m, n) says. The errors (m,) of the
+    weights leave each entry open by no more than the rounding of the term.
     """
     if not force.nnz or not weights.any():
         return []
     product = force.T @ displacement.multiply(weights[:, None])
-    return [Term(product.tocsc() if is_large else product.toarray(), Formula(factor))]
+    rounding = float((abs(force).T @ abs(displacement).multiply(errors[:, None])).max())
+    matrix = product.tocsc() if is_large else product.toarray()
+    return [Term(matrix, Formula(factor), rounding=rounding)]

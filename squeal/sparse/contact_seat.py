@@ -8,7 +8,7 @@ and carry neither stiffness nor friction.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -30,7 +30,23 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 ALL_OPEN = "all pairs open under the load; it must press the components together"
+LIFTED = (
+    "the load lifts or tips a component off its pairs, and nothing else holds it; each needs "
+    "supports, or a load that presses it on"
+)
 UNSETTLED = "the contact is not settled: the search for its closed pairs ends"
+MATCHED = 1e-10
+"""Share of itself up to which a force must be that of its tangent in the last step."""
+TANGENT = 1e-4
+"""Share of itself by which a force may change while its tangent stays."""
+LEFT = 1e-12
+"""Share of the work of load and pairs that the residual may do, each along what it moves."""
+LEAST_SPRING = 1e-8
+"""Of the stiffness at the reference: springs at open pairs where these leave a motion free."""
+LEAST_DIAGONAL = 1e-13
+"""Share that is added to the diagonal there, as stiffnesses may be too far apart for doubles."""
+RESISTED = 1e-4
+"""A motion is free if structure and closed pairs take up less than this share of the work."""
 EXPONENT = Number(0.0, 0.99, low_allowed=True)  # at 1 a contact would be infinitely soft
 
 
@@ -375,8 +391,9 @@ class StaticContact:
 
     `closed` (m,) are the pairs that touch, `forces` (m,) their normal forces in N, `pressures` (m,)
     the forces over the areas in Pa; `stiffness` (m,) is the normal stiffness of the pairs in N/m
-    without its factor, zero where they are open. `constant`: whether the stiffness of a closed pair
-    does not depend on the load.
+    without its factor, zero where they are open. `force_errors` and `stiffness_errors` (m,) are how
+    far rounding may have moved both. `constant`: whether the stiffness of a closed pair does not
+    depend on the load.
     """
 
     name: str
@@ -384,6 +401,8 @@ class StaticContact:
     forces: Array = field(repr=False)
     pressures: Array = field(repr=False)
     stiffness: Array = field(repr=False)
+    force_errors: Array = field(repr=False)
+    stiffness_errors: Array = field(repr=False)
     constant: bool = False
 
     def summary(self) -> dict[str, Any]:
@@ -418,21 +437,26 @@ class _PairLaws(NamedTuple):
     bonded: Bools
     tangential: Array  # N/m, stiffness across the normal
 
+    def closed(self, approach: Array) -> Bools:
+        """Which pairs (m,) touch; bonded ones do, though they pull."""
+        return (approach > 0.0) | self.bonded
+
     def unit_forces(self, approach: Array) -> tuple[Array, Array]:
         """Normal forces (m,) over the factor, and their derivatives by the approach (m,).
 
         The stiffness grows with a power of the force, dF/du = c k (F / R)^e: integrated from 0,
         F = (1 - e) c k u (F / R)^e with (F / R)^e = ((1 - e) c k u / R)^(e / (1 - e)). u is the
-        approach, c the factor, R the reference. Where e is 0 a pair that pulls, u <= 0, has the
-        same line, which is the law of a bonded pair; callers leave out all other pairs that pull.
+        approach, c the factor, R the reference. Both are 0 where a pair is open.
         """
-        is_linear = self.exponent == 0.0
-        pressed = np.where(is_linear, approach, np.maximum(approach, 0.0))  # u
+        closed = self.closed(approach)
         share = 1 - self.exponent
-        linear_force = share * (self.stiffness * pressed)
-        ratio = np.abs(self.factor) * linear_force / self.reference
+        linear_force = closed * share * (self.stiffness * approach)
+        # from 1e-60 to 1e60 for (F / R)^e: no step of a search overflows
+        largest_power = np.minimum(60.0 * share / divisor(self.exponent), 300.0)
+        ratio = np.abs(self.factor * linear_force) / self.reference
+        ratio = np.clip(ratio, 10.0**-largest_power, 10.0**largest_power)
         power = ratio ** (self.exponent / share)  # (F / R)^e
-        return linear_force * power, self.stiffness * power
+        return linear_force * power, closed * self.stiffness * power
 
 
 def _pair_laws(directions: PairDirections, parameters: Parameters) -> _PairLaws:
@@ -468,9 +492,10 @@ def seat_contacts(
 ) -> tuple[list[StaticContact], Array]:
     """Each contact under the load of the components, and the displacements (n,) of all rows in m.
 
-    `structure` are the components `bodies` side by side without contact, with n rows; `pair_sets`
-    are the pairs of each contact. Raises InputError without a load if pairs may open, and if all
-    pairs open; ComputationError where the search for the closed pairs does not end.
+    `structure` are the components side by side without contact, with n rows; `pair_sets` are the
+    pairs of each contact. Raises InputError without a load if pairs may open, if all pairs open,
+    and if nothing holds a component; ComputationError where the search for the closed pairs does
+    not end.
     """
     loads = []
     for body in bodies:
@@ -481,7 +506,7 @@ def seat_contacts(
     _, _, K = structure.at()
     joined = _JoinedPairs.of(pair_sets, structure.parameters)
     seat = _seat(K.real, load, joined)  # imaginary parts are structural damping, which is at rest
-    normal_forces = seat.closed * joined.laws.factor * seat.unit_forces
+    normal_forces = joined.laws.factor * seat.unit_forces
     contacts = []
     start = 0
     for pairs in pair_sets:
@@ -493,7 +518,9 @@ def seat_contacts(
                 closed=seat.closed[of_contact],
                 forces=normal_forces[of_contact],
                 pressures=normal_forces[of_contact] / pairs.area,
-                stiffness=seat.closed[of_contact] * seat.unit_slopes[of_contact],
+                stiffness=seat.unit_slopes[of_contact],
+                force_errors=np.abs(joined.laws.factor * seat.force_errors)[of_contact],
+                stiffness_errors=seat.slope_errors[of_contact],
                 constant=pairs.contact.bonded or not pairs.contact.exponent,
             )
         )
@@ -531,14 +558,26 @@ class _JoinedPairs(NamedTuple):
             push=vstack(pushes).T,
         )
 
+    def normal_springs(self, unit_slopes: Array) -> csr_array:
+        """The stiffness (n, n) of pairs whose forces over the factor have some slopes (m,)."""
+        springs = self.laws.factor * unit_slopes
+        return self.push @ self.normal.multiply(springs[:, None])
+
+    def tangential_springs(self, closed: Bools) -> csr_array:
+        """The stiffness (n, n) of the closed pairs (m,) across their normals."""
+        springs = np.tile(closed * self.laws.tangential, 2)  # for both directions of `across`
+        return self.across.T @ self.across.multiply(springs[:, None])
+
 
 class _Seat(NamedTuple):
-    """The equilibrium under the load."""
+    """The equilibrium under the load. Errors are how far rounding may have moved numbers."""
 
     closed: Bools  # (m,), pairs that touch
     unit_forces: Array  # (m,), normal forces over the factor
     unit_slopes: Array  # (m,), their derivatives by the approach
     displacements: Array  # (n,)
+    force_errors: Array  # (m,)
+    slope_errors: Array  # (m,)
 
 
 def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
@@ -548,85 +587,196 @@ def _seat(K: Matrix, load: Array, pairs: _JoinedPairs) -> _Seat:
     (2 m, n) take displacements to relative ones, and `push` (n, m) takes normal forces to loads
     with their friction.
 
-    Each step solves the structure with the tangent springs of the closed pairs, then closes the
-    pairs that are pressed and opens the others. With constant stiffness the method ends when the
-    set of closed pairs does not change. Once a set occurs again, one pair changes at a time, the
-    first that is closed though it pulls or open though it is pressed: from then on, without
-    friction, no set occurs twice, since the problem is linear (Murty's principal pivoting). With an
-    exponent the problem is not linear: all pairs always change together, and the method ends when,
-    in addition, no approach changes by more than 1e-11 of itself.
+    Each step solves the structure with the tangent springs of the pairs; at first all pairs touch,
+    with springs as at the reference. `_step_length` says how much of the step is taken. Without
+    friction it lowers the energy, which is convex for a given T, as far as the step can: each
+    problem with a solution is solved, whatever its exponents, and however far its pairs are from
+    the reference. The tangential springs stay until the forces match them, and are then those of
+    the pairs that are closed.
 
-    Raises InputError where all pairs stay open or nothing else holds the structure once they are
-    open, and ComputationError if it does not end in 100 steps and one more for each pair, or, with
-    an exponent, goes astray.
+    Raises InputError where all pairs stay open, where nothing holds the structure with its closed
+    pairs, and where nothing resists the load; ComputationError if the search does not end in 100
+    steps and one more for each pair.
     """
+    from scipy.sparse import diags_array
+
     laws = pairs.laws
-    is_nonlinear = laws.exponent.any()
-    closed = np.ones(len(laws.gap), dtype=bool)
-    # at first all pairs touch, with springs as at the reference
+    displacements = np.zeros(len(load))
     approach = -laws.gap
-    unit_forces = laws.stiffness * approach
     unit_slopes = laws.stiffness
-    visited: set[bytes] = set()  # sets of closed pairs for which a step was solved
-    one_at_a_time = False
-    for _ in range(100 + len(laws.gap)):
-        springs = closed * laws.factor * unit_slopes
-        tangential = np.tile(closed * laws.tangential, 2)  # for both directions of `across`
-        A = K + pairs.push @ pairs.normal.multiply(springs[:, None])
-        A = A + pairs.across.T @ pairs.across.multiply(tangential[:, None])
-        # the law of each pair is replaced by its tangent: the slope gives the springs in A, and the
-        # force at u = 0, where the approach is -gap, is a preload
-        forces_without_approach = unit_forces - unit_slopes * approach  # exactly 0 of linear laws
-        preload = closed * laws.factor * (forces_without_approach - unit_slopes * laws.gap)
-        if not np.isfinite(springs).all():
-            raise ComputationError(f"{UNSETTLED} with stiffnesses beyond double precision")
+    unit_forces = unit_slopes * approach
+    touching = np.ones(len(approach), dtype=bool)  # pairs whose tangential springs act
+    is_lifted = False
+    for number in range(100 + len(approach)):
+        held = K + pairs.tangential_springs(touching)
+        residual = load + pairs.push @ (laws.factor * unit_forces) - held @ displacements
+        refusal = None
         try:
-            displacements = _solve(A, load + pairs.push @ preload)
-        except InputError:
-            if not closed.any():
-                raise InputError(ALL_OPEN) from None
-            if is_nonlinear and visited:  # what held the structure in the first step holds it
-                raise ComputationError(f"{UNSETTLED} with stiffnesses too far apart") from None
-            raise
-        previous = approach
+            solve = _solver(held + pairs.normal_springs(unit_slopes))
+        except InputError as error:
+            if not number:
+                raise
+            refusal = error
+            unit_slopes = np.maximum(unit_slopes, LEAST_SPRING * laws.stiffness)
+            A = held + pairs.normal_springs(unit_slopes)
+            solve = _solver(A + diags_array(LEAST_DIAGONAL * np.abs(A.diagonal())))
+        step = solve(residual)
+        change = -(pairs.normal @ step)
+        new_forces, _ = laws.unit_forces(approach + change)
+        if _match(unit_forces + unit_slopes * change, new_forces, MATCHED):
+            closed = laws.closed(approach + change)
+            if np.array_equal(touching * laws.tangential, closed * laws.tangential):
+                if not closed.any():
+                    raise InputError(ALL_OPEN)
+                if refusal:
+                    raise refusal
+                seat = _refined(displacements + step, approach + change, load, held, pairs, solve)
+                if seat is not None:
+                    return seat
+            touching = closed
+        if refusal:
+            # the springs that hold open pairs resist a motion that opens them; nothing else may
+            resisting = np.where(laws.closed(approach), change, np.maximum(change, 0.0))
+            springs = laws.factor * unit_slopes
+            resisted_work = step @ (held @ step) + (springs * resisting) @ resisting
+            is_lifted |= bool(resisted_work < RESISTED * (residual @ step))
+        # with the tangent A and, without friction, S, A' w = S step; w is the step if A is S
+        without_friction = pairs.normal.T @ (laws.factor * unit_slopes * -change)
+        weights = solve(held @ step + without_friction, transposed=True)
+        length = _step_length(
+            laws,
+            approach,
+            change,
+            work_of_loads=weights @ (load - held @ displacements),
+            work_of_structure=weights @ (held @ step),
+            pushed=pairs.push.T @ weights,
+        )
+        displacements = displacements + length * step
+        summed = approach + length * change
         approach = -laws.gap - pairs.normal @ displacements
+        # where displacements cancel the sum is more precise, unless they were far greater before
+        rounding = 8 * EPS * (np.abs(laws.gap) + abs(pairs.normal) @ np.abs(displacements))
+        approach = np.where(np.abs(summed - approach) < rounding, summed, approach)
         unit_forces, unit_slopes = laws.unit_forces(approach)
-        now_closed = (approach > 0.0) | laws.bonded
-        if not (closed.any() or now_closed.any()):
-            raise InputError(ALL_OPEN)
-        changed = np.flatnonzero(now_closed != closed)
-        is_converged = not is_nonlinear or np.allclose(approach, previous, rtol=1e-11, atol=0.0)
-        if not len(changed) and is_converged:
-            return _Seat(closed, unit_forces, unit_slopes, displacements)
-        if now_closed.tobytes() in visited:
-            one_at_a_time = not is_nonlinear
-        if one_at_a_time:
-            later_pairs = changed[1:]  # all but the first stay as they were
-            now_closed[later_pairs] = closed[later_pairs]
-        visited.add(closed.tobytes())
-        closed = now_closed
+    if is_lifted:
+        raise InputError(LIFTED)
     raise ComputationError(f"{UNSETTLED} with a set of closed pairs that keeps changing")
 
 
-def _solve(A: Matrix, right: Array) -> Array:
-    """The solution x (n,) of A x = right, A (n, n). Raises InputError where A is singular to
-    rounding."""
-    from scipy.linalg import LinAlgWarning, solve
+def _match(forces: Array, others: Array, share: float) -> bool:
+    """Whether forces (m,) are others, up to a share of each or to the rounding of the largest."""
+    return np.allclose(forces, others, share, 8 * EPS * np.max(np.abs(others)))
+
+
+def _refined(
+    displacements: Array,
+    approach: Array,
+    load: Array,
+    held: Matrix,
+    pairs: _JoinedPairs,
+    solve: Callable[..., Array],
+) -> _Seat | None:
+    """The seat after three more steps with the last tangent.
+
+    They take away what is left of the residual. What the last one changes shows the rounding, to
+    which that of a power is added. None if a step does work, or changes forces by more than the
+    tangent allows: then the structure is so nearly singular that there is no equilibrium yet.
+    """
+    laws = pairs.laws
+    unit_forces, unit_slopes = laws.unit_forces(approach)
+    work_of_pairs = np.abs(laws.factor) @ (unit_forces**2 / divisor(unit_slopes))
+    work = abs(load @ solve(load)) + work_of_pairs
+    for _ in range(3):
+        previous_forces = unit_forces
+        previous_slopes = unit_slopes
+        residual = load + pairs.push @ (laws.factor * unit_forces) - held @ displacements
+        step = solve(residual)
+        displacements = displacements + step
+        approach = approach - pairs.normal @ step
+        unit_forces, unit_slopes = laws.unit_forces(approach)
+        is_balanced = abs(residual @ step) <= LEFT * work
+        if not is_balanced or not _match(previous_forces, unit_forces, TANGENT):
+            return None
+    power = laws.exponent / (1 - laws.exponent)
+    force_rounding = 8 * EPS * (1 + power) * np.abs(unit_forces)
+    slope_rounding = 8 * EPS * power * unit_slopes
+    return _Seat(
+        closed=laws.closed(approach),
+        unit_forces=unit_forces,
+        unit_slopes=unit_slopes,
+        displacements=displacements,
+        force_errors=np.abs(unit_forces - previous_forces) + force_rounding,
+        slope_errors=np.abs(unit_slopes - previous_slopes) + slope_rounding,
+    )
+
+
+def _step_length(
+    laws: _PairLaws,
+    approach: Array,
+    change: Array,
+    work_of_loads: float,
+    work_of_structure: float,
+    pushed: Array,
+) -> float:
+    """The length t of a step after which the forces do no more work.
+
+    The approach (m,) grows by t times the change (m,). The work is a sum over the rows of the
+    residual with the weights w: `work_of_loads` at t = 0 without the pairs, less t times
+    `work_of_structure`, and the forces of the pairs times `pushed` (m,). Without friction w is the
+    step, and no work is left where the energy is least.
+
+    The length is 1 if that is within a tenth, and where there is no such length.
+    """
+    from scipy.optimize import brentq
+
+    def work(length: float) -> float:
+        unit_forces, _ = laws.unit_forces(approach + length * change)
+        work_of_pairs = float(pushed @ (laws.factor * unit_forces))
+        return work_of_loads - length * work_of_structure + work_of_pairs
+
+    if work(0.0) <= 0.0 or work(0.9) >= 0.0 >= work(1.1):
+        return 1.0
+    low = 0.0
+    high = 1.0
+    while work(high) > 0.0:
+        if high > 1e30:
+            return 1.0
+        low = high
+        high *= 4.0
+    return brentq(work, low, high, xtol=1e-300, rtol=1e-3, maxiter=2000)
+
+
+def _solver(A: Matrix) -> Callable[..., Array]:
+    """The function from b (n,) to the solution x of A x = b, or with `transposed` of A'x = b.
+
+    Raises InputError where A is singular to rounding.
+    """
+    from scipy.linalg import LinAlgWarning, lu_factor, lu_solve
+    from scipy.linalg.lapack import dgecon
 
     # B_ij = scale_i A_ij scale_j has a unit diagonal, so that units do not matter
     scale = 1.0 / np.sqrt(divisor(np.abs(A.diagonal())))
-    with suppress(ZeroDivisionError, np.linalg.LinAlgError, LinAlgWarning):
-        if not is_sparse(A):
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", LinAlgWarning)
-                return scale * solve(A * scale[:, None] * scale, scale * right)
-        factor = factorise(A.tocsc())
-        # B is singular to rounding if its condition |B| |B^-1| is 1 / EPS: |B| is at least 1, and
-        # B^-1 times some random forces is about as long as |B^-1| or longer
-        forces = np.random.default_rng(0).standard_normal((8, len(right)))
-        responses = factor.solve((forces / scale).T).T / scale
-        if EPS * np.linalg.norm(responses) < 1.0:
-            return factor.solve(right)
+    if is_sparse(A):
+        with suppress(ZeroDivisionError):
+            factor = factorise(A.tocsc())
+            # B is singular to rounding if its condition |B| |B^-1| is 1 / EPS: |B| is at least 1,
+            # and B^-1 times some random forces is about as long as |B^-1| or longer
+            forces = np.random.default_rng(0).standard_normal((8, len(scale)))
+            responses = factor.solve((forces / scale).T).T / scale
+            if EPS * np.linalg.norm(responses) < 1.0:
+                return factor.solve
+    else:
+        B = A * scale[:, None] * scale
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", LinAlgWarning)  # exactly singular
+            factors = lu_factor(B)
+        reciprocal_condition, _ = dgecon(factors[0], np.linalg.norm(B, 1))
+        if reciprocal_condition > EPS:
+
+            def solve(right: Array, transposed: bool = False) -> Array:
+                return scale * lu_solve(factors, scale * right, trans=int(transposed))
+
+            return solve
     raise InputError(
         "nothing holds some motion of the components under the load; each needs supports, or "
         "contact that holds it"
