@@ -583,7 +583,10 @@ def _count_agrees(reduction: Reduction, value: float, expected: int) -> bool:
     if isinstance(reduction, FirstLook):
         # its region lies above the real axis: it holds one root of each pair, and no real root
         expected_pairs = expected // 2
-        return reduction.misses_none({name: value}, growing=expected_pairs)
+        if reduction.misses_none({name: value}, growing=expected_pairs):
+            return True
+        # between two thresholds close together a root of the projected problem may have the other
+        # sign than that of the full one
     problem = reduction.scaled.at({name: value})
     try:
         full = modes_in(problem, reduction.region)
