@@ -192,18 +192,28 @@ class DeckLine(NamedTuple):
 def deck_lines(path: Path) -> Iterator[DeckLine]:
     """The lines of data of an input file of Abaqus or CalculiX and of the files that it includes.
 
-    The nodes of an element may fill several lines, each but the last ending with a comma: they are
-    joined to one line here. Warns of keywords that tie or turn rows. Raises InputError for keywords
+    The nodes of an element and the options of a keyword may fill several lines, each but the last
+    ending with a comma: they are joined here. Warns of keywords that tie or turn rows. Raises InputError for keywords
     that generate nodes and elements or set local axes, and for an element that is cut off.
     """
     file = Place(str(path))
     keyword = [""]  # none yet
     step = 0  # how many keywords *STEP came before
     unfinished = ""  # the lines so far of an element whose nodes go on in the next line
-    for at, line in _with_included(path):
+    is_open = False  # whether the last line was of a keyword and ended with a comma
+    for at, text in _with_included(path):
+        line = text.strip()
         if line.startswith("**"):
             continue
-        if line.startswith("*"):
+        is_new = line.startswith("*")
+        # a number after the comma is data: no option begins with one
+        goes_on = is_open and not is_new and not line[:1].isdecimal()
+        is_open = (is_new or goes_on) and line.endswith(",")
+        if goes_on:
+            keyword = [*keyword[:-1], *_cells(line.upper())]
+            _check_keyword(keyword, file, at)
+            continue
+        if is_new:
             if unfinished:
                 raise at.refuse(UNFINISHED)
             keyword = _cells(line.upper())
@@ -212,7 +222,7 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
             _check_keyword(keyword, file, at)
             continue
         full_line = unfinished + line
-        if not full_line.strip():
+        if not full_line:
             continue
         cells = _cells(full_line)
         if keyword[0] == "*ELEMENT" and not cells[-1]:

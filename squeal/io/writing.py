@@ -541,10 +541,10 @@ class Answer(ABC):
     panel: ClassVar[Panel]
     """What one panel shows; none of maps, conditions and energy over a sweep, drawn as they are."""
     grid: ClassVar[tuple[str | int, ...]] = ()
-    own_endings: ClassVar[tuple[str, ...]] = ()
-    """Endings of names that `save` of a subclass takes besides those of tables and figures."""
     """The columns, by name or by index, that are the axes of an array of the answer: no two rows
     that count have the same values in all of them."""
+    own_endings: ClassVar[tuple[str, ...]] = ()
+    """Endings of names that `save` of a subclass takes besides those of tables and figures."""
 
     @abstractmethod
     def table(self) -> Table:

@@ -30,7 +30,7 @@ CONFIDENCE = {
     "proved": "Proved by a second program, which shares no code with the first: no mode is missing "
     "from the list",
     "counted": "Counted a second time (certified, not proved): no mode is missing from the list",
-    "open": "A mode may be missing from the list: nothing has counted them",
+    "open": "A mode may be missing from the list: no count or proof confirms it",
 }
 
 

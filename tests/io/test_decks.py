@@ -134,3 +134,16 @@ def test_a_line_that_generates_more_labels_than_memory_holds_is_refused(tmp_path
     (tmp_path / "deck.inp").write_text("*NSET,NSET=A,GENERATE\n1,999999999\n")
     with pytest.raises(InputError, match=r"line 2: 999999999 labels are not allowed; at most"):
         deck_sets(tmp_path / "deck.inp", "NODE")
+
+
+def test_a_keyword_may_be_indented_and_go_on_in_the_next_line(tmp_path):
+    """Its name and its options became members of the set above it."""
+    deck = tmp_path / "deck.inp"
+    deck.write_text(
+        "*NSET, NSET=A\n1,2\n  ** a comment\n  *NSET, NSET=B\n 7,8\n"
+        "*NSET, NSET=C,\n GENERATE\n1,3\n*NSET, NSET=D,\n5,6\n"
+        "*ELEMENT, TYPE=C3D8,\nELSET=E1\n9,1,2,3,\n4\n"
+    )
+    nodes = {"A": ["1", "2"], "B": ["7", "8"], "C": ["1", "2", "3"], "D": ["5", "6"]}
+    assert deck_sets(deck, "NODE") == nodes
+    assert deck_sets(deck, "ELEMENT") == {"E1": ["9"]}

@@ -274,7 +274,8 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
 def with_fixed_step(scene: Scene, tolerance: float) -> Run:
     """The classical Runge-Kutta method with steps of `tolerance`^(1/4) natural time units.
 
-    A contact point changes at the end of the step in which the sign of its gap does.
+    A contact point changes at the end of the step in which the sign of its gap does; of two in one
+    step the second changes at the end of the next one.
     """
     longest = tolerance**0.25
 

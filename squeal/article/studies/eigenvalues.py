@@ -281,9 +281,9 @@ def closed_poles(loop: FrictionLoop, gains: np.ndarray) -> np.ndarray:
 def gain_margins(loop: FrictionLoop) -> list[float]:
     """Gains up to `GREATEST` at which a pole reaches the axis, rising.
 
-    By `control.stability_margins` for a loop L of one input, which leaves out the frequency zero:
-    there the pole is on the axis at the gain with 1 + gain L(0) = 0. A loop of two inputs has no
-    gain margin, see `critical_gain`.
+    By `control.stability_margins` for a loop L of one input. Not every version of it looks at the
+    frequency zero, where the pole is on the axis at the gain with 1 + gain L(0) = 0: that gain is
+    added, and may come twice. A loop of two inputs has no gain margin, see `critical_gain`.
     """
     import control
 

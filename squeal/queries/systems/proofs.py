@@ -454,7 +454,7 @@ def exact_spectrum(
 def with_proved_bounds(
     roots: EigenvalueTuple, matches: Sequence[tuple[Piece, ...]]
 ) -> EigenvalueTuple:
-    """Roots with the bounds that are proved of each.
+    """Roots moved into what is proved of each, with the rounding, error and sense that this proves.
 
     Parameters
     ----------
