@@ -193,8 +193,9 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
     """The lines of data of an input file of Abaqus or CalculiX and of the files that it includes.
 
     The nodes of an element and the options of a keyword may fill several lines, each but the last
-    ending with a comma: they are joined here. Warns of keywords that tie or turn rows. Raises InputError for keywords
-    that generate nodes and elements or set local axes, and for an element that is cut off.
+    ending with a comma: they are joined here. Warns of keywords that tie or turn rows. Raises
+    InputError for keywords that generate nodes and elements or set local axes, and for an element
+    that is cut off.
     """
     file = Place(str(path))
     keyword = [""]  # none yet

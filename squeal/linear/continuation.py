@@ -717,9 +717,13 @@ def _complement_of_free_motions(M: Array, acting: Sequence[Array]) -> tuple[Arra
     motions = scale * null_spaces(stacked, noise)[0]
     k = motions.shape[1]
     if 0 < k < len(M):
-        # y = x, then y = M x, which are scale times the vectors x / scale and scale M x
+        # in the scaled coordinates x~ = x / scale and M~ = scale M scale first y~ = x~, then
+        # y~ = M~ x~. Of one motion y' M x is a number: it is compared with the sizes of its factors
+        scaled_M = scale * M * scale.T
         for y in (motions, scale**2 * (M @ motions)):
-            if np.linalg.cond(y.conj().T @ M @ motions) <= 1 / ILL_CONDITIONED:
+            gram = y.conj().T @ M @ motions  # of unit vectors x~
+            sizes = np.linalg.norm(y / scale, 2) * np.linalg.norm(scaled_M, 2)
+            if np.linalg.svd(gram, compute_uv=False)[-1] > ILL_CONDITIONED * sizes:
                 # P' M x = 0 with P = scale p, p orthogonal to scale M x; so for Q and y' M Q = 0
                 P = scale * np.linalg.qr(scale * (M @ motions), "complete")[0][:, k:]
                 Q = scale * np.linalg.qr(scale * (M.conj().T @ y), "complete")[0][:, k:]

@@ -11,6 +11,7 @@ import squeal
 from squeal.errors import InputError
 from squeal.linear import thresholds
 from squeal.linear.search import search
+from squeal.linear.system import System
 from tests.known import affine, coupled, known_system, system_of
 
 I2 = np.eye(2)
@@ -304,6 +305,25 @@ def test_a_free_motion_that_leaves_no_mass_on_a_diagonal_hides_no_threshold():
     K1[4, 1:3] = -g, g
     found = squeal.thresholds(squeal.System(np.eye(5), K={"1": K0, "mu": K1}), 2.0)
     assert [c.mu for c in found.crossings] == pytest.approx(2 * [(k - h) / (2.0 * g)], rel=1e-6)
+
+
+def test_thresholds_beside_a_free_motion_do_not_depend_on_the_order_of_equations():
+    """With two equations exchanged x' M x is rounding of the free motion x: a mode was lost."""
+    K = np.zeros((4, 4))
+    K[1:, 1:] = [[2.0, -1.0, 0.0], [-1.0, 2.2, 0.0], [0.0, 0.0, 5.0]]
+    friction = np.zeros((4, 4))
+    friction[1, 2] = 4.0 / 3.0
+    # squares s with (2 - s) (2.2 - s) = 1 - 4 mu / 3 meet where (0.2 / 2)^2 = 4 mu / 3 - 1
+    turn = np.linalg.qr(np.random.default_rng(1).standard_normal((4, 4)))[0]
+    exchange = np.eye(4)[[1, 0, 2, 3]]
+
+    def turned(matrix):
+        return turn @ exchange @ matrix @ turn.T
+
+    system = System(
+        {"1": turned(np.eye(4))}, K={"1": turned(K), "mu": turned(friction)}, parameter="mu"
+    )
+    assert [point.mu for point in thresholds(system, 1.5).points] == pytest.approx([0.75 * 1.01])
 
 
 @pytest.mark.parametrize("is_transposed", [False, True])
