@@ -208,7 +208,7 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
             continue
         is_new = line.startswith("*")
         # a number after the comma is data: no option begins with one
-        goes_on = is_open and not is_new and not line[:1].isdecimal()
+        goes_on = is_open and not is_new and not re.match(r"[-+.\d]", line)
         is_open = (is_new or goes_on) and line.endswith(",")
         if goes_on:
             keyword = [*keyword[:-1], *_cells(line.upper())]

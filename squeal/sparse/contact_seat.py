@@ -725,7 +725,8 @@ def _step_length(
     `work_of_structure`, and the forces of the pairs times `pushed` (m,). Without friction w is the
     step, and no work is left where the energy is least.
 
-    The length is 1 if that is within a tenth, and where there is no such length.
+    The length is 1 if that is within a tenth, where no work is left at t = 0, and where no such
+    length is found.
     """
     from scipy.optimize import brentq
 
