@@ -204,12 +204,12 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
     is_open = False  # whether the last line was of a keyword and ended with a comma
     for at, text in _with_included(path):
         line = text.strip()
-        if line.startswith("**"):
+        if not line or line.startswith("**"):
             continue
         is_new = line.startswith("*")
-        # a number after the comma is data: no option begins with one
-        goes_on = is_open and not is_new and not re.match(r"[-+.\d]", line)
-        is_open = (is_new or goes_on) and line.endswith(",")
+        # after the comma numbers and names of sets are data
+        goes_on = is_open and re.match(r"[^,]*=|(GENERATE|INTERNAL|UNSORTED)\b", line.upper())
+        is_open = bool(is_new or goes_on) and line.endswith(",")
         if goes_on:
             keyword = [*keyword[:-1], *_cells(line.upper())]
             _check_keyword(keyword, file, at)
@@ -223,8 +223,6 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
             _check_keyword(keyword, file, at)
             continue
         full_line = unfinished + line
-        if not full_line:
-            continue
         cells = _cells(full_line)
         if keyword[0] == "*ELEMENT" and not cells[-1]:
             unfinished = full_line

@@ -141,10 +141,12 @@ def test_a_keyword_may_be_indented_and_go_on_in_the_next_line(tmp_path):
     deck = tmp_path / "deck.inp"
     deck.write_text(
         "*NSET, NSET=A\n1,2\n  ** a comment\n  *NSET, NSET=B\n 7,8\n"
-        "*NSET, NSET=C,\n GENERATE\n1,3\n*NSET, NSET=D,\n5,6\n*DLOAD,\n-1.5,P,2\n"
+        "*NSET, NSET=C,\n\n GENERATE\n1,3\n*NSET, NSET=E,\nB,\n9\n"
+        "*NSET, NSET=D,\n5,6\n*DLOAD,\n-1.5,P,2\n"
         "*ELEMENT, TYPE=C3D8,\nELSET=E1\n9,1,2,3,\n4\n"
     )
     nodes = {"A": ["1", "2"], "B": ["7", "8"], "C": ["1", "2", "3"], "D": ["5", "6"]}
+    nodes["E"] = ["7", "8", "9"]  # the members of B and 9
     assert deck_sets(deck, "NODE") == nodes
     assert deck_sets(deck, "ELEMENT") == {"E1": ["9"]}
     assert ["-1.5", "P", "2"] in [line.cells for line in deck_lines(deck)]
