@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
+from squeal.linear.finite_roots import finite_root_count
 from squeal.linear.matrices import (
     EPS,
     MCK,
@@ -135,6 +136,8 @@ class Condensation:
         What they are divided by, 1/s; s = -lambda^2 by its square.
     left_out : int
         How many finite roots are left out, as far greater than all others.
+    hidden : int
+        How many more the equations have, which rounding makes infinite; 0 beyond `EXACT_ROWS`.
     """
 
     def __init__(self, samples: Sequence[MCK], undamped: bool, all_roots: bool) -> None:
@@ -169,7 +172,19 @@ class Condensation:
         counts = list(map(len, roots))  # fewer where rounding hides a great root
         self.size: int = min(counts)
         self._powers: int = max(powers)
+        self.hidden = 0
+        if len(self._left) <= EXACT_ROWS:
+            lambdas_per_root = 2 if undamped else 1
+            M, C, K = self._transformed(samples[len(samples) // 2])
+            found = lambdas_per_root * max(counts)
+            in_all = finite_root_count(M, C, K, guess=found)
+            self.hidden = (in_all - found) // lambdas_per_root
         if not any(counts):
+            if self.hidden:
+                raise MatrixError(
+                    "M, C and K: rounding hides all their roots, as masses or springs differ too "
+                    "much in size or entries cancel"
+                )
             raise MatrixError(
                 "M, C and K: no motion but free ones satisfies them, so that none begins to grow"
             )

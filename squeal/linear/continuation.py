@@ -404,7 +404,12 @@ class Continuation:
     @property
     def has_all_roots(self) -> bool:
         """Whether no finite root is left out, as very fast ones of light motions are."""
-        return self._condensation is None or not self._condensation.left_out
+        return not self.hidden and (self._condensation is None or not self._condensation.left_out)
+
+    @property
+    def hidden(self) -> int:
+        """How many finite roots are missing, as rounding makes them infinite."""
+        return self._condensation.hidden if self._condensation is not None else 0
 
     @property
     def spectra(self) -> list[SpectrumAtParameter]:

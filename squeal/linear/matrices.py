@@ -17,7 +17,6 @@ ENTRY_ROUNDING = 4 * EPS  # relative error of an entry of M^-1 K, M diagonal
 LARGEST_ASYMMETRY = 1e-12  # of a matrix: an unsymmetric part up to this is rounding
 MOST_COUPLED = 1.001  # M_ij^2 over M_ii M_jj: digits of files excuse no more
 ILL_CONDITIONED = 1e-7  # reciprocal condition of M, its diagonal 1, below which it is not inverted
-PRIME = 2**31 - 1  # products of two smaller integers are below 2^63
 BEYOND_DOUBLES = "M, C, K: the eigenvalues are beyond double precision"
 
 
@@ -297,34 +296,6 @@ def rank_of(singular: Array, size: float | None = None) -> int:
 def scaled_rank(K: NDArray) -> int:
     """The rank of an equilibrated K: what is small beside others still counts."""
     return rank_of(np.linalg.svd(equilibrated(K), compute_uv=False))
-
-
-def exact_rank(X: Array) -> int:
-    """The rank of a matrix (n, m) of doubles as given: what cancels to rounding alone still counts.
-
-    By elimination modulo a prime, in integers: doubles are integers times powers of two. The true
-    rank is larger where the prime divides a minor; of arbitrary entries it does with a chance of
-    about n over the prime.
-    """
-    mantissas, exponents = np.frexp(X)
-    # a mantissa of 53 bits, from 1/2 to 1, times 2^53 is a whole number
-    integers = np.ldexp(mantissas, 53).astype(np.int64)
-    # 2^31 is 1 modulo the prime 2^31 - 1: of an exponent its remainder by 31 suffices
-    powers = np.left_shift(np.int64(1), (exponents.astype(np.int64) - 53) % 31)
-    remainders = integers % PRIME * powers % PRIME
-    rank = 0
-    for column in range(remainders.shape[1]):
-        rows = rank + np.flatnonzero(remainders[rank:, column])
-        if not rows.size:
-            continue
-        pivot, *others = rows.tolist()
-        inverse = pow(int(remainders[pivot, column]), -1, PRIME)
-        factors = remainders[others, column] * inverse % PRIME
-        reduced = remainders[others] - factors[:, None] * remainders[pivot] % PRIME
-        remainders[others] = reduced % PRIME
-        remainders[[rank, pivot]] = remainders[[pivot, rank]]
-        rank += 1
-    return rank
 
 
 def first_order(

@@ -695,6 +695,8 @@ def _doubts(result: SearchResult, is_unresolved: bool) -> Iterator[str]:
     counts = result.unstable_counts  # below the first cluster, between them, above the last
     if is_unresolved:
         yield "the search ran out of values, or a factor bends too much between two of them"
+    if continuation.hidden:
+        yield f"rounding hides {continuation.hidden} of the roots"
     widest = WIDEST_INTERVAL * (continuation.high - continuation.low)
     for k, cluster in enumerate(result.clusters):
         if not counts_consistent(cluster, counts[k].growing_roots, counts[k + 1].growing_roots):

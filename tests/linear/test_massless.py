@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import squeal
+from squeal.errors import MatrixError
 from squeal.linear import thresholds
+from squeal.linear.system import System
 
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
@@ -321,3 +323,42 @@ def test_multipliers_that_hold_all_motions_at_one_value_are_refused_in_words():
     system = squeal.System(np.diag([2.0, 3.0, 2.0, 0.0, 0.0]), K={"1": K, "mu": friction})
     with pytest.raises(squeal.InputError, match="passes through infinity"):
         squeal.thresholds(system, high=8.0, prove=False)
+
+
+def _light_free_body_in_other_coordinates(rows, columns):
+    """A pair that flutters at mu = 0.27 beside a mass of 2e-6 without a spring, five rows.
+
+    rows, columns: combinations (5, 5) of the equations and of the unknowns, of whole numbers. The
+    mass matrix keeps its rank of 5, with a condition of about 1e10.
+    """
+    M = np.diag([1.0, 1.0, 1.0, 859.0, 2e-6])
+    K = np.zeros((5, 5))
+    K[:2, :2] = [[2.0, -1.0], [-1.0, 2.0]]
+    K[2, 2] = 16811.0
+    friction = np.zeros((5, 5))
+    friction[0, 1] = 1.0 / 0.27
+    M, K, friction = (rows @ X @ columns for X in (M, K, friction))
+    return System({"1": M}, K={"1": K, "mu": friction}, parameter="mu")
+
+
+def _whole_numbers(seed):
+    """Two arrays (5, 5)."""
+    rng = np.random.default_rng(seed)
+    columns = rng.integers(-9, 10, (5, 5)).astype(float)
+    rows = rng.integers(-9, 10, (5, 5)).astype(float)
+    return rows, columns
+
+
+@pytest.mark.parametrize("seed", [3, 6])
+def test_roots_that_rounding_makes_infinite_certify_no_list(seed):
+    system = _light_free_body_in_other_coordinates(*_whole_numbers(seed))
+    result = thresholds(system, 1.5)
+    assert not result.certified
+    (searched,) = result.searched
+    assert "rounding hides 3 of the roots" in searched.doubts
+
+
+def test_roots_that_rounding_makes_infinite_are_not_denied():
+    system = _light_free_body_in_other_coordinates(*_whole_numbers(0))
+    with pytest.raises(MatrixError, match="rounding hides all their roots"):
+        thresholds(system, 1.5)

@@ -15,13 +15,11 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
 from squeal.linear.eigen import growing, spectrum_of, values_of
+from squeal.linear.finite_roots import finite_root_count
 from squeal.linear.matrices import (
     MCK,
-    Matrix,
     SingularTogetherError,
-    exact_rank,
     normalised_system,
-    scaled_rank,
     unit_diagonal,
 )
 from squeal.linear.paths import Indices, mode_numbers
@@ -376,7 +374,7 @@ def _roots_of_matrices(
     count = len(roots)
     doubts: list[str] = []
     if statement is None or statement.status != "proved":
-        count = _most_roots(M, C, K, listed=len(roots))
+        count = finite_root_count(M, C, K, guess=len(roots))
         if count != len(roots):
             from squeal.proof.referee import LAST_DIGITS  # which few answers need
 
@@ -439,43 +437,6 @@ def _mass_normalised_roots(matrices: MCK) -> EigenvalueTuple | None:
         return spectrum_of(normalised, values).eigenvalues
     except InputError:  # M is not positive definite, or a matrix is complex
         return None
-
-
-def _most_roots(M: Matrix, C: Matrix | None, K: Matrix, listed: int) -> int:
-    """How many finite roots a small system has at most: the degree of det(z^2 M + z C + K).
-
-    It is 2n if M is regular. Else it has two upper bounds, of which the smaller one is returned:
-
-    - by the largest degree of a product of n entries, one of each row and column, whatever the
-      values of the entries are: so a row without mass or a constraint takes roots;
-    - by the rank of [[C, M], [M, 0]], the factor of z in a first-order form of the equations: so
-      entries that cancel exactly take roots, as those of a dashpot between rows without mass.
-
-    M = diag(1, 0) and K = [[2, -1], [-1, 1]] have det(z^2 M + K) = z^2 + 1: two roots, not four.
-
-    Entries that cancel only to rounding take none: then a solver lists fewer roots. The second
-    bound, which costs more, is computed where the first exceeds the number of `listed` roots.
-    """
-    n = len(M)
-    if scaled_rank(M) == n:
-        return 2 * n
-    from scipy.optimize import linear_sum_assignment  # slow to load, and M is hardly ever singular
-
-    damping = np.zeros_like(M) if C is None else C
-    # of an entry that is zero for all z: so low that the degree of a product with it is below 0
-    degrees = np.full((n, n), -2 * n)
-    for degree, matrix in enumerate((K, damping, M)):
-        degrees[matrix != 0] = degree
-    highest_degree = int(degrees[linear_sum_assignment(degrees, maximize=True)].sum())
-    if highest_degree == listed:
-        return highest_degree
-    factor_of_z = np.block([[damping, M], [M, np.zeros_like(M)]])
-    if not np.iscomplexobj(factor_of_z):
-        return min(highest_degree, exact_rank(factor_of_z))
-    real = factor_of_z.real
-    imaginary = factor_of_z.imag
-    twice_the_rank = exact_rank(np.block([[real, -imaginary], [imaginary, real]]))
-    return min(highest_degree, twice_the_rank // 2)
 
 
 def _select_region(
