@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import InputError, InputWarning
-from squeal.linear.matrices import EPS, LARGEST_ASYMMETRY, Array, Matrix, norm_of
+from squeal.linear.matrices import EPS, LARGEST_ASYMMETRY, Array, Matrix, is_sparse, norm_of
 from squeal.linear.moduli import Modulus
 from squeal.linear.real_modes import real_modes
 from squeal.linear.system import System
@@ -22,9 +22,16 @@ from squeal.linear.terms import Term, sum_of_terms
 from squeal.numerics.differentiation import ONE, Formula, Parameters
 
 MOST_DENSE = 2000
-"""Rows up to which modal damping is a full matrix of all modes."""
+"""Rows up to which modal damping of any number of modes may be a full matrix."""
+FEWEST_BORDERED = 400
+"""Rows above which damping of few modes adds rows to a sparse system instead: of 2000 rows a full
+C makes a factorisation 50 times slower."""
+FEW_MODES = 0.1
+"""What few modes are: this share of the rows."""
 ROUNDED = 16.0
 """Of that matrix of n rows: each entry is known to this times n roundings of the matrix's norm."""
+DEFINITION = "unknowns of damped modes"
+"""Name of the term that defines the unknowns of `bordered`: it has no share in any energy."""
 
 Ratios = float | Sequence[float] | Callable[[Array], Array]
 """Damping ratios: of all modes, of the first ones, or a function of frequencies (Hz)."""
@@ -119,8 +126,9 @@ def damped(
         Damping ratios zeta of all modes, of the first ones by rising omega, or as a function of
         frequencies (Hz) that is NaN for modes without damping: C gains M Phi diag(2 zeta omega)
         Phi' M, where Phi' M Phi = 1. A system of more than 2000 rows gains a row for each damped
-        mode instead (`bordered`). There a function damps the lowest modes alone, a quarter to half
-        of all at most, with a warning if more lie in its range.
+        mode instead (`bordered`), and so does a sparse one of more than 400 rows where at most a
+        tenth as many modes are damped. Of more than 2000 rows a function damps the lowest modes
+        alone, a quarter to half of all at most, with a warning if more lie in its range.
     structural : float
         The loss factor eta: K gains i eta K. That describes exp(lambda t) with Im lambda > 0; roots
         below the real axis are mirror images.
@@ -263,7 +271,8 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
         by="ratios",
         value=zeta[is_damped].tolist(),
     )
-    if n <= MOST_DENSE:
+    damps_few = is_sparse(K) and n > FEWEST_BORDERED and U.shape[1] <= FEW_MODES * n
+    if not is_large and not damps_few:
         damping = U @ U.T
         # of the products and of the modes: exact arithmetic must not take the entries for exact
         rounding = ROUNDED * n * EPS * norm_of(damping)
@@ -302,5 +311,7 @@ def bordered(system: System, U: Array, of_stiffness: bool = False) -> System:
     forces = block_array([[zeros, columns], [None, csc_array((k, k))]], format="csc")
     definition = block_array([[zeros, None], [-columns.T, eye_array(k)]], format="csc")
     return dataclasses.replace(
-        larger, C=(*larger.C, Term(forces, name="ratios")), K=(*larger.K, Term(definition))
+        larger,
+        C=(*larger.C, Term(forces, name="ratios")),
+        K=(*larger.K, Term(definition, name=DEFINITION)),
     )

@@ -26,7 +26,7 @@ from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.system import Origin, SystemFile
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
-from squeal.linear.damping import frictionless
+from squeal.linear.damping import DEFINITION, frictionless
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import LARGEST_ASYMMETRY, MCK, Array
 from squeal.linear.moduli import Modulus
@@ -389,7 +389,10 @@ def component_rows(file: SystemFile) -> dict[str, range]:
 
 
 def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
-    """The terms of a system at its parameters, with names by factor and file, and their roles."""
+    """The terms of a system at its parameters, with names by factor and file, and their roles.
+
+    Without the term that defines the unknowns of damped modes, which does no work.
+    """
     parameters = system.parameters
     # mu, or the free parameter of a system without mu: what `frictionless` sets to 0 if all are 1
     without_friction = frictionless(system, dict.fromkeys(parameters, 1.0))
@@ -401,6 +404,8 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
         # K4, structural damping, counts as K: the first letter of a file's key names the part
         origins_of_part = [origin for origin in origins if origin.part[0] == part]
         for k, term in enumerate(terms):
+            if term.name == DEFINITION:
+                continue
             # the first terms of a part are those of files, in the order of the origins; a later
             # term is damping that the system file adds, and has no origin
             origin = origins_of_part[k] if k < len(origins_of_part) else None

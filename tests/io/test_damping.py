@@ -97,10 +97,9 @@ def test_a_table_of_ratios_damps_the_modes_in_its_range(read):
 _RATIOS = f"frequency,ratio\n{1 / (2 * np.pi)},0.01\n{3 / (2 * np.pi)},0.05\n"
 
 
-@pytest.mark.parametrize("table", [False, True])
-def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
-    n = 2100
-    hertz = 2 * np.pi * np.arange(1.0, 2101.0)
+@pytest.mark.parametrize(("n", "table"), [(450, False), (450, True), (2100, True)])
+def test_few_modes_of_a_sparse_system_are_damped_by_rows_of_their_own(n, table):
+    hertz = 2 * np.pi * np.arange(1.0, n + 1.0)
     pair = np.zeros((n, n))
     pair[:2, :2] = [[3.0, 4.0], [4.0, -3.0]]  # turns the first two
     K = csc_array(diags_array(hertz**2) + csc_array(pair))
@@ -109,10 +108,25 @@ def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
     given: Any = (lambda f: np.where(f < 3.5, 0.01 * f, np.nan)) if table else zeta
     larger, (what,) = damped(system, ratios=given)
     assert what.value == pytest.approx(zeta, rel=5e-2)
+    assert larger.n == n + 3
     found = squeal.eigenvalues(larger, modes=4)
     assert found.certified
     ratios = [root.damping_ratio for root in found.eigenvalues]
     assert ratios == pytest.approx(np.append(what.value, 0.0))
+
+
+@pytest.mark.parametrize(("kind", "count"), [(np.asarray, 3), (csc_array, 46)])
+def test_modes_of_a_full_system_and_many_modes_fill_c(kind, count):
+    n = 450
+    K = np.diag((2 * np.pi * np.arange(1.0, n + 1.0)) ** 2)
+    system = TermSystem((Term(kind(np.eye(n))),), (), (Term(kind(K)),))
+    filled, _ = damped(system, ratios=[0.01] * count)
+    assert filled.n == n
+    _, C, _ = filled.at()
+    assert C is not None
+    assert C.diagonal()[: count + 1] == pytest.approx(
+        np.append(0.04 * np.pi * np.arange(1.0, count + 1.0), 0.0)
+    )
 
 
 def test_modes_of_a_large_system_that_a_table_misses_are_warned_of(monkeypatch):

@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg
 import scipy.sparse.linalg
 from scipy.io import savemat
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, diags_array
 
 import squeal
 from squeal.cli.main import main
@@ -527,3 +527,23 @@ def test_damping_that_a_file_adds_has_the_names_of_its_keys(tmp_path):
     (tmp_path / "pair.yaml").write_text("M: [[1]]\nK: [[4]]\ndamping: {structural: 0.02}\n")
     found = squeal.energy(squeal.eigenvalues(squeal.read_system(tmp_path / "pair.yaml")))
     assert [row["term"] for row in found.table().records()] == ["1", "1", "structural 0.02 K"]
+
+
+def test_damping_of_few_modes_is_one_term_and_takes_what_their_ratios_say(tmp_path, monkeypatch):
+    """The unknowns that stand for the damped modes have no share."""
+    n = 450
+    hertz = np.arange(1.0, n + 1.0)
+    stiffness = diags_array((2 * np.pi * hertz) ** 2).tocsc()
+    savemat(tmp_path / "chain.mat", {"M": csc_array(np.eye(n)), "K": stiffness})
+    (tmp_path / "chain.yaml").write_text(
+        "M: [{file: chain.mat, key: M}]\n"
+        "K: [{file: chain.mat, key: K}]\n"
+        "damping: {ratios: [0.01, 0.02]}\n"
+    )
+    monkeypatch.chdir(tmp_path)
+    system = squeal.read_system("chain.yaml")
+    energy = squeal.energy(squeal.eigenvalues(system, band=(0.5, 2.5)))
+    growth = {(row.mode, row.term): row.growth for row in energy.contributions}
+    assert {term for _, term in growth} == {"chain.mat: M", "chain.mat: K", "ratios"}
+    assert growth[1, "ratios"] == pytest.approx(-2 * np.pi * 0.01)
+    assert growth[2, "ratios"] == pytest.approx(-4 * np.pi * 0.02)
