@@ -88,6 +88,17 @@ def cell_name(element_type: str) -> str:
     return ""
 
 
+def node_count(element_type: str) -> int:
+    """How many nodes an element of a type of Abaqus and CalculiX, such as C3D20R, has.
+
+    0 if its name does not tell: that of C3D27 in Abaqus may have 21 to 27, that of C3D15V 15 to 18.
+    """
+    number = re.match(r"(?:\w*[23]D|CP[ES]G?|CAX|SC?|STRI)(\d+)(?!\d*V)", element_type)
+    if not number or number[1] == "27":
+        return 0
+    return 6 if element_type == "STRI65" else int(number[1])
+
+
 def outer_faces(elements: Iterable[tuple[str, Corners]]) -> list[Corners]:
     """The nodes of each face on the surface of a body, which one element alone has.
 

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
-from squeal.io.cells import cell_name
+from squeal.io.cells import cell_name, node_count
 from squeal.schema import ANY, Kind, Place, Whole, read_content
 
 MOST_NODES = 20  # of an element that are read: corners, and middles of edges
@@ -157,7 +157,8 @@ def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[tup
         yield from _with_included(included, chain)
 
 
-UNFINISHED = "ends an element whose last line of nodes ends with a comma; is the file cut?"
+UNFINISHED = "ends an element that has more nodes than are given; is the file cut?"
+MOST_NUMBERS = 16  # in a line of a deck
 
 
 class DeckLine(NamedTuple):
@@ -192,10 +193,10 @@ class DeckLine(NamedTuple):
 def deck_lines(path: Path) -> Iterator[DeckLine]:
     """The lines of data of an input file of Abaqus or CalculiX and of the files that it includes.
 
-    The nodes of an element and the options of a keyword may fill several lines, each but the last
-    ending with a comma: they are joined here. Warns of keywords that tie or turn rows. Raises
-    InputError for keywords that generate nodes and elements or set local axes, and for an element
-    that is cut off.
+    The nodes of an element may fill several lines, and so may the options of a keyword, each line
+    but the last ending with a comma: they are joined here. Warns of keywords that tie or turn rows.
+    Raises InputError for keywords that generate nodes and elements or set local axes, and for an
+    element that is cut off.
     """
     file = Place(str(path))
     keyword = [""]  # none yet
@@ -223,14 +224,28 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
             _check_keyword(keyword, file, at)
             continue
         full_line = unfinished + line
-        cells = _cells(full_line)
-        if keyword[0] == "*ELEMENT" and not cells[-1]:
-            unfinished = full_line
+        data = DeckLine(at, keyword, _cells(full_line), step)
+        if keyword[0] == "*ELEMENT" and _element_goes_on(data, line):
+            unfinished = full_line if line.endswith(",") else f"{full_line},"
             continue
         unfinished = ""
-        yield DeckLine(at, keyword, cells, step)
+        yield data
     if unfinished:
         raise file.refuse(UNFINISHED)
+
+
+def _element_goes_on(element: DeckLine, line: str) -> bool:
+    """Whether the nodes of an element, whose last line so far is `line`, go on in the next one.
+
+    The type says how many there are. Where it does not, a comma at the end of the line says so, of
+    elements without faces, such as those of users, only behind a full line.
+    """
+    element_type = element.option("TYPE")
+    needed = node_count(element_type)
+    if needed:
+        return len([cell for cell in element.cells[1:] if cell]) < needed
+    is_full = line.count(",") >= MOST_NUMBERS
+    return line.endswith(",") and (is_full or bool(cell_name(element_type)))
 
 
 def _check_keyword(keyword: Sequence[str], file: Place, at: Place) -> None:

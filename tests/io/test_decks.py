@@ -9,7 +9,7 @@ import pytest
 from squeal.errors import InputError, InputWarning
 from squeal.io.surfaces import deck_sets
 from squeal.io.system_files import read_system
-from squeal.io.tables import deck_lines
+from squeal.io.tables import deck_lines, read_table
 from tests.io.test_faces import STORE, Block, calculix
 
 needs_calculix = pytest.mark.skipif(not shutil.which("ccx"), reason="needs CalculiX (ccx)")
@@ -143,10 +143,73 @@ def test_a_keyword_may_be_indented_and_go_on_in_the_next_line(tmp_path):
         "*NSET, NSET=A\n1,2\n  ** a comment\n  *NSET, NSET=B\n 7,8\n"
         "*NSET, NSET=C,\n\n GENERATE\n1,3\n*NSET, NSET=E,\nB,\n9\n"
         "*NSET, NSET=D,\n5,6\n*DLOAD,\n-1.5,P,2\n"
-        "*ELEMENT, TYPE=C3D8,\nELSET=E1\n9,1,2,3,\n4\n"
+        "*ELEMENT, TYPE=C3D4,\nELSET=E1\n9,1,2,3,\n4\n"
     )
     nodes = {"A": ["1", "2"], "B": ["7", "8"], "C": ["1", "2", "3"], "D": ["5", "6"]}
     nodes["E"] = ["7", "8", "9"]  # the members of B and 9
     assert deck_sets(deck, "NODE") == nodes
     assert deck_sets(deck, "ELEMENT") == {"E1": ["9"]}
     assert ["-1.5", "P", "2"] in [line.cells for line in deck_lines(deck)]
+
+
+def elements(path):
+    """The nodes of each element with faces by its label."""
+    _, lines = read_table(path, ("element", "type"))
+    nodes = {}
+    for line in lines:
+        label, _, *cells = line.cells.values()
+        nodes[label] = [cell for cell in cells if cell]
+    return nodes
+
+
+def numbers(first, last):
+    return [str(number) for number in range(first, last + 1)]
+
+
+@pytest.mark.parametrize(
+    ("element_type", "lines", "nodes"),
+    [
+        # unv2ccx and many decks of CalculiX end each line with a comma
+        ("C3D4", ["1,1,2,3,4,", "2,2,3,4,5,"], [numbers(1, 4), numbers(2, 5)]),
+        ("S4R5", ["1,1,2,3,4,", "2,2,3,4,5"], [numbers(1, 4), numbers(2, 5)]),
+        ("STRI65", ["1,1,2,3,4,5,6,", "2,2,3,4,5,6,7"], [numbers(1, 6), numbers(2, 7)]),
+        (
+            "C3D10MH",
+            ["1,1,2,3,4,5,", "6,7,8,9,10,", "2,2,3,4,5,6,7,8,9,10,11,"],
+            [numbers(1, 10), numbers(2, 11)],
+        ),
+        # CalculiX counts nodes, with a comma or without
+        ("C3D20R", ["1,1,2,3,4,5,6,7,8", f"{','.join(numbers(9, 20))}"], [numbers(1, 20)]),
+        # Abaqus: 15 to 18 nodes, so that a comma says whether more follow
+        ("C3D15V", [f"1,{','.join(numbers(1, 15))},", "16,17,18"], [numbers(1, 18)]),
+        ("C3D15V", [f"1,{','.join(numbers(1, 15))}", f"2,{','.join(numbers(2, 16))}"],
+         [numbers(1, 15), numbers(2, 16)]),
+    ],
+)  # fmt: skip
+def test_an_element_ends_with_its_last_node(tmp_path, element_type, lines, nodes):
+    """A comma behind the last node made the next element a part of this one: of two elements one
+    was lost without a word, and a deck of an odd number was refused."""
+    deck = tmp_path / "mesh.inp"
+    deck.write_text(
+        "\n".join([f"*ELEMENT,TYPE={element_type},ELSET=E", *lines, "*NSET,NSET=A", "1"])
+    )
+    assert list(elements(deck).values()) == nodes
+    assert deck_sets(deck, "ELEMENT") == {"E": numbers(1, len(nodes))}
+    assert deck_sets(deck, "NODE") == {"A": ["1"]}
+
+
+@pytest.mark.parametrize("element_type", ["U1", "B31", "SPRINGA"])
+def test_an_element_of_a_type_without_faces_ends_with_a_line_that_is_not_full(
+    tmp_path, element_type
+):
+    """As in decks of the author of CalculiX, in which user elements end with commas."""
+    deck = tmp_path / "beams.inp"
+    deck.write_text(f"*ELEMENT,TYPE={element_type},ELSET=E\n1,1,2,\n2,2,3,\n3,3,4,\n")
+    assert deck_sets(deck, "ELEMENT") == {"E": ["1", "2", "3"]}
+
+
+def test_the_nodes_of_a_user_element_go_on_behind_a_full_line(tmp_path):
+    deck = tmp_path / "bricks.inp"
+    first = f"7,{','.join(numbers(1, 15))},\n16,17,18,19,20\n"
+    deck.write_text(f"*ELEMENT,TYPE=U20,ELSET=E\n{first}8,{','.join(numbers(1, 15))},\n21\n")
+    assert deck_sets(deck, "ELEMENT") == {"E": ["7", "8"]}
