@@ -187,3 +187,43 @@ def test_a_matlab_file_changed_anywhere_is_read_or_refused(tmp_path, packed):
                 path.write_bytes(data)
                 with contextlib.suppress(InputError):
                     assert np.all(np.isfinite(read_matrix(path).matrix.data))
+
+
+def element(kind, content):
+    """A data element of version 5, padded to whole words of 8 bytes."""
+    return struct.pack("<II", kind, len(content)) + content + bytes(-len(content) % 8)
+
+
+def opaque(name):
+    """An object as MATLAB R2020a saves a table: it has no dimensions, and of its names the first
+    is that of the variable."""
+    flags = element(6, struct.pack("<II", 17, 0))
+    words = b"".join(element(1, word) for word in (name, b"MCOS", b"table"))
+    matrix = element(6, struct.pack("<II", 13, 0)) + element(5, struct.pack("<ii", 6, 1))
+    reference = element(14, matrix + element(1, b"") + element(6, struct.pack("<6I", *range(6))))
+    return element(14, flags + words + reference)
+
+
+@pytest.mark.parametrize("name", [b"results", b"s", b"names of all runs"])
+@pytest.mark.parametrize("compressed", [False, True])
+def test_objects_of_matlab_beside_matrices_are_left_out(tmp_path, matrix, name, compressed):
+    """Tables, strings and times, which MATLAB keeps as objects, made the file a damaged one."""
+    path = tmp_path / "workspace.mat"
+    savemat(path, {"K": matrix}, do_compression=compressed)
+    content = opaque(name)
+    if compressed:
+        content = zlib.compress(content)
+        content = struct.pack("<II", 15, len(content)) + content
+    data = path.read_bytes()
+    path.write_bytes(data[:128] + content + data[128:] + content)
+    assert fingerprint(read_matrix(path).matrix) == fingerprint(matrix)
+
+
+def test_a_compressed_matrix_without_the_end_of_its_stream_is_read(tmp_path, matrix):
+    """MATLAB R2020a leaves the checksum of the last element out; all numbers are there."""
+    path = tmp_path / "workspace.mat"
+    savemat(path, {"K": matrix}, do_compression=True)
+    data = path.read_bytes()
+    (size,) = struct.unpack("<I", data[132:136])
+    path.write_bytes(data[:132] + struct.pack("<I", size - 4) + data[136:-4])
+    assert fingerprint(read_matrix(path).matrix) == fingerprint(matrix)

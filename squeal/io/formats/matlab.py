@@ -110,8 +110,6 @@ def _decompress(content: bytes) -> bytes:
     data = decompressor.decompress(content, 8 * MOST_FULL + 100 * len(content))
     if decompressor.unconsumed_tail:
         raise InputError("more numbers than so small a file may hold; a sparse matrix may")
-    if not decompressor.eof:
-        raise ValueError
     return data
 
 
@@ -155,8 +153,10 @@ def _array(data: bytes, order: str, prefix: str) -> Iterator[tuple[str, Matrix]]
     """
     flags, dimensions, name, *parts = _elements(data, order)
     flag_word, _ = np.frombuffer(flags.data, f"{order}u4").tolist()
-    shape = np.frombuffer(dimensions.data, f"{order}i4").tolist()
     array_class = flag_word & 0xFF  # the lowest byte; the flags stand in the next one
+    if array_class > ArrayClass.UINT64:  # functions and objects, such as tables, have no dimensions
+        return
+    shape = np.frombuffer(dimensions.data, f"{order}i4").tolist()
     is_complex = bool(flag_word >> 8 & COMPLEX)
     full_name = prefix + name.data.decode("latin-1")
     if not full_name or len(shape) != 2:  # no matrix that a key can name
