@@ -13,7 +13,7 @@ from squeal.sparse.contact_faces import Surface
 
 ALL = "all"  # in place of a name: every face that one element alone has
 MOST_LABELS = 5_000_000  # of a set that two numbers generate: as many as rows of a matrix
-SHELL_SIDES = {"SPOS": False, "SNEG": True}  # whether the face is seen from the other side
+SHELL_SIDES = {"SNEG": "S1", "SPOS": "S2"}  # in Abaqus, and in CalculiX too
 
 
 def read_surface(coordinates: Coordinates, surface: str) -> Surface:
@@ -125,10 +125,9 @@ def _named_face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
     """The nodes of the face of an element that a deck calls S1, S2, ..., SPOS or SNEG. Raises
     InputError."""
     faces = list(CELLS[kind].face_nodes(nodes))
-    if side in SHELL_SIDES and len(faces) == 1:
-        if SHELL_SIDES[side]:
-            return _turned_over(faces[0])
-        return faces[0]
+    if len(faces) == 1:  # a shell, whose normal points out of its second side
+        faces.insert(0, _turned_over(faces[0]))
+        side = SHELL_SIDES.get(side, side)
     number = side.removeprefix("S")
     is_numbered = side.startswith("S") and number.isdecimal()
     if not is_numbered or not 1 <= int(number) <= len(faces):

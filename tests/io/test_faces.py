@@ -11,6 +11,8 @@ import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.io.components import _table_of_pairs, write_points
+from squeal.io.coordinates import read_coordinates, read_elements
+from squeal.io.surfaces import read_surface
 from squeal.sparse.contact_faces import (
     SHAPES,
     ContactPoints,
@@ -446,3 +448,50 @@ def test_a_curved_face_is_met_along_its_normals():
     grid_x, grid_y = np.meshgrid(along, along)
     exact = np.trapezoid(np.trapezoid(np.sqrt(1 + 0.04 * (grid_x**2 + grid_y**2)), along), along)
     assert area.sum() == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("element_type", "side", "is_above"),
+    [
+        ("S4", "SPOS", True),
+        ("S4", "SNEG", False),
+        ("S4R", "S2", True),  # CalculiX: 1 is the side of the negative normal, 2 of the positive
+        ("S4", "S1", False),
+        ("S3", "S2", True),
+        ("S3", "S1", False),
+        ("S8R", "S1", False),
+        ("S6", "s2", True),
+    ],
+)
+def test_sides_of_a_shell_are_those_of_calculix_and_abaqus(tmp_path, element_type, side, is_above):
+    """S1 was the side of the positive normal, and S2 was refused."""
+    count = int(element_type[1])
+    corners = [(0, 0), (2, 0), (2, 2), (0, 2)] if count in (4, 8) else [(0, 0), (2, 0), (0, 2)]
+    places = [np.array([x, y, 0.0]) for x, y in corners]
+    if count in (6, 8):
+        followers = places[1:] + places[:1]
+        places += [(place + after) / 2 for place, after in zip(places, followers, strict=True)]
+    deck = ["*NODE", *(f"{i},{x},{y},{z}" for i, (x, y, z) in enumerate(places, 1))]
+    nodes = ",".join(str(i) for i in range(1, count + 1))
+    deck += [f"*ELEMENT,TYPE={element_type},ELSET=E", f"5,{nodes}", "*SURFACE,NAME=A", f"E,{side}"]
+    (tmp_path / "shell.inp").write_text("\n".join(deck))
+    labels = [(i, d) for i in range(1, count + 1) for d in (1, 2, 3)]
+    where = read_coordinates(tmp_path / "shell.inp", len(labels), labels)
+    where = read_elements(tmp_path / "shell.inp", where)
+    surface = read_surface(where, "A")
+    first, second, third = (surface.places[label] for label in surface.faces[0][:3])
+    assert (np.cross(second - first, third - first)[2] > 0) == is_above
+    middles = surface.faces[0][len(corners) :]
+    for i, middle in enumerate(middles):
+        ends = [surface.faces[0][i], surface.faces[0][(i + 1) % len(corners)]]
+        assert surface.places[middle] == pytest.approx(sum(surface.places[e] for e in ends) / 2)
+
+
+def test_an_edge_of_a_shell_is_no_face(tmp_path):
+    deck = "*NODE\n1,0,0\n2,1,0\n3,0,1\n*ELEMENT,TYPE=S3\n5,1,2,3\n*SURFACE,NAME=A\n5,S3\n"
+    (tmp_path / "shell.inp").write_text(deck)
+    labels = [(i, d) for i in (1, 2, 3) for d in (1, 2, 3)]
+    where = read_coordinates(tmp_path / "shell.inp", 9, labels)
+    where = read_elements(tmp_path / "shell.inp", where)
+    with pytest.raises(InputError, match="S3 is no face of a triangle; it must be S1 to S2"):
+        read_surface(where, "A")
