@@ -111,12 +111,12 @@ def _refuse_other_load(line: DeckLine) -> None:
 
     Along those axes forces would act. Raises InputError.
     """
-    name = line.keyword[0].replace(" ", "")
+    name = line.keyword[0]
     is_moved = False  # a boundary by a displacement: node, first and last dof, amount
     if name == "*BOUNDARY" and line.step > 0 and len(line.cells) > 3:
         is_moved = number_in(line.cells[3] or "0", line.at) != 0.0
     if is_moved or name in OTHER_LOADS:
-        raise line.at.refuse(f"{line.keyword[0]} loads it too; only forces and pressures are read")
+        raise line.at.refuse(f"{name} loads it too; only forces and pressures are read")
     if name == "*TRANSFORM":
         raise line.at.refuse("*TRANSFORM is not allowed; a load along x, y and z is needed")
 

@@ -85,6 +85,8 @@ def deck_sets(path: Path, kind: str) -> dict[str, list[str]]:
     for line in deck_lines(path):
         name = line.option(option)
         if not name:
+            if line.keyword[0] == f"*{option}":
+                raise line.at.refuse(f"belongs to a set without a name; *{option} needs {option}=")
             continue
         if line.keyword[0] == f"*{kind}":
             members[name].append(line.cells[0])

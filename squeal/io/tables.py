@@ -169,7 +169,8 @@ class DeckLine(NamedTuple):
     at : Place
         Where it stands: its file, which may be an included one, and its number there.
     keyword : list of str
-        The line of the keyword above it, in capitals and split at its commas.
+        The line of the keyword above it, in capitals and split at its commas; its name has no
+        blanks.
     cells : list of str
         The line itself, split at its commas.
     step : int
@@ -186,7 +187,7 @@ class DeckLine(NamedTuple):
         for option in self.keyword[1:]:
             key, _, value = option.partition("=")
             if key.strip() == name:
-                return value.strip().strip('"')
+                return value.strip()
         return ""
 
 
@@ -219,9 +220,10 @@ def deck_lines(path: Path) -> Iterator[DeckLine]:
             if unfinished:
                 raise at.refuse(UNFINISHED)
             keyword = _cells(line.upper())
+            _check_keyword(keyword, file, at)
+            keyword[0] = keyword[0].replace(" ", "")  # blanks in it mean nothing
             if keyword[0] == "*STEP":
                 step += 1
-            _check_keyword(keyword, file, at)
             continue
         full_line = unfinished + line
         data = DeckLine(at, keyword, _cells(full_line), step)
@@ -301,5 +303,12 @@ def _deck_table(path: Path, names: Sequence[str]) -> Iterator[Line]:
 
 
 def _cells(line: str) -> list[str]:
-    """The cells of a line between its commas, without blanks around them."""
-    return [cell.strip() for cell in line.split(",")]
+    """The cells of a line between its commas, without blanks and quotes around them.
+
+    A comma within quotes belongs to the name that they enclose.
+    """
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(",")]
+    # an even number of quotes follows a comma that none encloses
+    cells = re.split(r',(?=[^"]*(?:"[^"]*"[^"]*)*$)', line)
+    return [cell.replace('"', "").strip() for cell in cells]

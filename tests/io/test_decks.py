@@ -213,3 +213,38 @@ def test_the_nodes_of_a_user_element_go_on_behind_a_full_line(tmp_path):
     first = f"7,{','.join(numbers(1, 15))},\n16,17,18,19,20\n"
     deck.write_text(f"*ELEMENT,TYPE=U20,ELSET=E\n{first}8,{','.join(numbers(1, 15))},\n21\n")
     assert deck_sets(deck, "ELEMENT") == {"E": ["7", "8"]}
+
+
+@pytest.mark.parametrize("card", ["*NSET", "*N SET", "* NSET", "*nset ", "*NSET\t"])
+def test_blanks_in_a_keyword_mean_nothing(tmp_path, card):
+    """By the manuals of both programs; the members of the set were left out without a word."""
+    deck = tmp_path / "deck.inp"
+    deck.write_text(f"*NODE,NSET=ALL\n1\n2\n{card}, NSET = A\n1,2\n")
+    assert deck_sets(deck, "NODE") == {"ALL": ["1", "2"], "A": ["1", "2"]}
+
+
+@pytest.mark.parametrize(
+    ("card", "member", "name"),
+    [
+        ('*NSET, NSET="Fixed (26)-1"', '"Fixed (26)-1"', "FIXED (26)-1"),  # as VISUAL writes
+        ('*NSET, NSET="a, b"', '"A, B"', "A, B"),
+        ('*NSET, NSET="a,b", UNSORTED', ' "a,b" , 3', "A,B"),
+        ('*NSET, UNSORTED, NSET = "tip"', "tip", "TIP"),
+        ("*NSET, NSET=TIP", '"tip", 3', "TIP"),
+    ],
+)
+def test_a_name_in_quotes_may_hold_blanks_and_commas(tmp_path, card, member, name):
+    """Where a quoted name stood in a cell it was no name of a set, and a comma in it ended it."""
+    deck = tmp_path / "deck.inp"
+    deck.write_text(f"{card}\n1,2\n*NSET, NSET=OTHER\n{member}\n")
+    sets = deck_sets(deck, "NODE")
+    assert sets[name] == ["1", "2"]
+    assert sets["OTHER"][:2] == ["1", "2"]
+
+
+@pytest.mark.parametrize("card", ["*NSET, NSET=", "*NSET", "*NSET, GENERATE", '*NSET, NSET=""'])
+def test_a_set_without_a_name_is_refused(tmp_path, card):
+    """Its members were left out without a word."""
+    (tmp_path / "deck.inp").write_text(f"{card}\n1,2\n")
+    with pytest.raises(InputError, match=r"line 2: .*without a name; \*NSET needs NSET="):
+        deck_sets(tmp_path / "deck.inp", "NODE")
