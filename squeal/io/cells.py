@@ -3,6 +3,7 @@
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from typing import NamedTuple, TypeAlias
 
 from squeal.schema import Word
@@ -76,6 +77,7 @@ CELLS = {
 CELL_NAME = Word(tuple(CELLS))
 
 
+@cache  # a mesh has many elements of few types
 def cell_name(element_type: str) -> str:
     """The kind of the elements of a type of Abaqus and CalculiX, such as C3D8, in capitals.
 
@@ -88,6 +90,7 @@ def cell_name(element_type: str) -> str:
     return ""
 
 
+@cache
 def node_count(element_type: str) -> int:
     """How many nodes an element of a type of Abaqus and CalculiX, such as C3D20R, has.
 

@@ -137,6 +137,9 @@ def _text(path: Path, at: Place) -> str:
     return read_content(path, at).decode("utf-8-sig", "backslashreplace")
 
 
+INCLUDE = re.compile(r"\s*\*\s*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", re.IGNORECASE)
+
+
 def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[tuple[Place, str]]:
     """The lines of an input file: the place of each in its file, and its text.
 
@@ -147,7 +150,7 @@ def _with_included(path: Path, including: tuple[Path, ...] = ()) -> Iterator[tup
     chain = (*including, path.resolve())
     for number, text in enumerate(_text(path, file).splitlines(), 1):
         at = file / f"line {number}"
-        name = re.match(r"\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", text, re.IGNORECASE)
+        name = INCLUDE.match(text)
         if not name:
             yield at, text
             continue

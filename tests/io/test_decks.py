@@ -248,3 +248,11 @@ def test_a_set_without_a_name_is_refused(tmp_path, card):
     (tmp_path / "deck.inp").write_text(f"{card}\n1,2\n")
     with pytest.raises(InputError, match=r"line 2: .*without a name; \*NSET needs NSET="):
         deck_sets(tmp_path / "deck.inp", "NODE")
+
+
+@pytest.mark.parametrize("card", ["*INCLUDE, INPUT=set.nam", "* Include , Input = set.nam"])
+def test_blanks_in_the_keyword_of_an_included_file_mean_nothing(tmp_path, card):
+    """The file was left out without a word."""
+    (tmp_path / "set.nam").write_text("*NSET, NSET=A\n1,\n2,\n")
+    (tmp_path / "deck.inp").write_text(f"*NODE\n1\n2\n{card}\n")
+    assert deck_sets(tmp_path / "deck.inp", "NODE") == {"A": ["1", "2"]}
