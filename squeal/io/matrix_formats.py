@@ -40,7 +40,8 @@ _HARWELL_BOEING = rb"[^\n]*\n[ \d]+\r?\n(?i:[rcpi][suhzr][ae])\s"
 # a head of four numbers, a name and perhaps a format; the same in binary, of either byte order
 _OP4 = rb"(?s)(?:[ \d-]{7}\d){4}[A-Z]\w{0,7} *1P,|(?:\x18\0\0\0|\0\0\0\x18).{16}[A-Z]\w{0,7} *"
 _OP2 = rb"\x04\0\0\0\x03\0\0\0\x04|\0\0\0\x04\0\0\0\x03\0\0\0\x04|\x08\0\0\0\x03\0\0\0\0"
-_DMIG = rb"(?ims)(?:.*^)?DMIG[ *,]"
+# a card of a matrix, or what stands above all cards of a job
+_DMIG = rb"(?ims)(?:.*^)?(?:DMIG[ *,]|CEND\b|BEGIN +BULK)"
 # a keyword or comment comes first, or a line of 3 or 5 numbers (the last as 1,5 is refused later)
 _BOM = rb"(?:\xef\xbb\xbf)?"
 _ABAQUS = _BOM + rb"\s*(?:\*|(?:(?:-?\d+[ \t,]+){2}){1,2}\S+[ \t]*\r?(?:\n|$))"

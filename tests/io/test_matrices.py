@@ -731,3 +731,14 @@ def test_titles_and_comments_have_letters_of_any_encoding(tmp_path, encoding):
     boeing.write_text("\n".join([f"{comment:72}{'key':8}", *lines]) + "\n", encoding=encoding)
     for path in (market, abaqus, boeing):
         assert read_matrix(path).matrix.toarray() == [[2.5]]
+
+
+@pytest.mark.parametrize("name", ["K.dat", "K.DAT", "K.bdf"])
+def test_cards_below_a_long_case_control_are_found(tmp_path, name):
+    """A job of MSC Nastran ends in .dat, and its first DMIG may stand far below."""
+    control = "$ " + 70 * "-" + "\nSOL 103\nCEND\n" + 80 * ("$ " + 70 * "-" + "\n") + "BEGIN BULK\n"
+    bulk = "DMIG, K, 0, 6, 1, 0\nDMIG, K, 7, 1,, 7, 1, 2.5\nENDDATA\n"
+    (tmp_path / name).write_text(control + bulk)
+    file = read_matrix(tmp_path / name)
+    assert file.labels == ((7, 1),)
+    assert file.matrix.toarray() == [[2.5]]
