@@ -396,3 +396,29 @@ def test_a_window_beside_an_end_at_which_no_root_moves_is_found():
     ends = np.sort(np.roots([2000.0, -1.0, 0.0, 1.5e-4**2]))[1:]
     found = [one.mu for one in thresholds(system, 1.0).crossings if one.kind == "flutter"]
     assert found == pytest.approx(ends)
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-3])
+def test_a_narrow_window_of_divergence_beside_gyroscopic_forces_is_found(width):
+    """Two opposite roots -i lambda meet at zero where the stiffness passes zero, and part again."""
+
+    def system(mu):
+        return I2, TURN, np.diag([(mu - 0.77) ** 2 - width**2, 3.0])
+
+    found = [(one.mu, one.kind) for one in thresholds(system, 2.0).points]
+    ends = [0.77 - width, 0.77 + width]
+    assert found == [
+        (pytest.approx(ends[0]), "divergence"),
+        (pytest.approx(ends[1]), "restabilised"),
+    ]
+
+
+def test_real_roots_that_meet_beside_gyroscopic_forces_are_located_with_a_true_interval():
+    """Of K = -diag(1, 1.5) and C = mu TURN both grow before they meet, and after: nothing crosses
+    the axis at sqrt(1.5) - 1, where divergence turns into flutter."""
+    result = thresholds(lambda mu: (I2, mu * TURN, -np.diag([1.0, 1.5])), 2.0)
+    (exchange,) = result.points
+    low, high = exchange.interval
+    assert exchange.kind == "flutter"
+    assert low <= np.sqrt(1.5) - 1.0 <= high
+    assert not result.crossings
