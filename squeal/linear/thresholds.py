@@ -16,7 +16,6 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.linear.continuation import (
-    GYROSCOPIC,
     UNDAMPED,
     Continuation,
     SpectrumAtParameter,
@@ -455,8 +454,6 @@ def _meeting_on_real_axis(
     Returns the value and half the width of its interval; None if another root grows faster there,
     or the two do not meet.
     """
-    if continuation.problem is GYROSCOPIC:
-        return None  # there z = -i lambda, so that no pair becomes real where lambda does
     spectra = [continuation.at(p) for p in (low, high)]
     flutter = [spectrum for spectrum in spectra if spectrum.verdict == "flutter"]
     if not flutter:
