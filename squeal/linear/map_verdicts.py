@@ -149,11 +149,10 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     # beside a complex pair, whose product is positive, the real root has the sign of c
     has_both = np.flatnonzero(has_pair & has_negative_product)
     unresolved = np.flatnonzero(is_unresolved)
-    if len(has_both) or len(unresolved):
-        A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
-        s = np.linalg.eigvals(A[has_both]).astype(complex)
-        fastest = np.argmax(np.abs(np.sqrt(-s).real), axis=1)  # by Re lambda, lambda^2 = -s
-        is_flutter = s.imag[np.arange(len(s)), fastest] != 0.0
-        codes[has_both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
-        codes[unresolved] = [_code(A[k], B=None) for k in unresolved]
+    A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
+    s = np.linalg.eigvals(A[has_both]).astype(complex)
+    fastest = np.argmax(np.abs(np.sqrt(-s).real), axis=1)  # by Re lambda, lambda^2 = -s
+    is_flutter = s.imag[np.arange(len(s)), fastest] != 0.0
+    codes[has_both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
+    codes[unresolved] = [_code(A[k], B=None) for k in unresolved]
     return codes
