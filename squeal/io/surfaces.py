@@ -23,7 +23,9 @@ def read_surface(coordinates: Coordinates, surface: str) -> Surface:
     InputError.
     """
     if not coordinates.cells:
-        raise InputError("has no elements; the system file needs the key elements")
+        raise InputError(
+            "has no solids or shells; the key elements of the system file must name some"
+        )
     deck = coordinates.elements_file
     if surface == ALL:
         faces = outer_faces(coordinates.cells)

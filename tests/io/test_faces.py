@@ -495,3 +495,15 @@ def test_an_edge_of_a_shell_is_no_face(tmp_path):
     where = read_elements(tmp_path / "shell.inp", where)
     with pytest.raises(InputError, match="S3 is no face of a triangle; it must be S1 to S2"):
         read_surface(where, "A")
+
+
+@pytest.mark.parametrize("element_type", ["CPS3", "CAX3", "DC2D3"])
+def test_a_surface_of_a_deck_without_solids_and_shells_is_refused(tmp_path, element_type):
+    """The sentence asked for the key elements, which was there."""
+    deck = f"*NODE\n1,0,0\n2,1,0\n3,0,1\n*ELEMENT,TYPE={element_type}\n5,1,2,3\n"
+    (tmp_path / "plane.inp").write_text(f"{deck}*SURFACE,NAME=A\n5,S1\n")
+    labels = [(i, d) for i in (1, 2, 3) for d in (1, 2)]
+    where = read_coordinates(tmp_path / "plane.inp", 6, labels)
+    where = read_elements(tmp_path / "plane.inp", where)
+    with pytest.raises(InputError, match="has no solids or shells; the key elements"):
+        read_surface(where, "A")
