@@ -226,7 +226,7 @@ def test_blanks_in_a_keyword_mean_nothing(tmp_path, card):
 @pytest.mark.parametrize(
     ("card", "member", "name"),
     [
-        ('*NSET, NSET="Fixed (26)-1"', '"Fixed (26)-1"', "FIXED (26)-1"),  # as VISUAL writes
+        ('*NSET, NSET="Fixed (26)-1"', '"Fixed (26)-1"', "FIXED (26)-1"),
         ('*NSET, NSET="a, b"', '"A, B"', "A, B"),
         ('*NSET, NSET="a,b", UNSORTED', ' "a,b" , 3', "A,B"),
         ('*NSET, UNSORTED, NSET = "tip"', "tip", "TIP"),

@@ -195,7 +195,7 @@ def element(kind, content):
 
 
 def opaque(name):
-    """An object as MATLAB R2020a saves a table: it has no dimensions, and of its names the first
+    """An object as MATLAB saved a table in 2020: it has no dimensions, and of its names the first
     is that of the variable."""
     flags = element(6, struct.pack("<II", 17, 0))
     words = b"".join(element(1, word) for word in (name, b"MCOS", b"table"))
@@ -220,7 +220,7 @@ def test_objects_of_matlab_beside_matrices_are_left_out(tmp_path, matrix, name, 
 
 
 def test_a_compressed_matrix_without_the_end_of_its_stream_is_read(tmp_path, matrix):
-    """MATLAB R2020a leaves the checksum of the last element out; all numbers are there."""
+    """As two files of MATLAB of 2020 end; all numbers are there."""
     path = tmp_path / "workspace.mat"
     savemat(path, {"K": matrix}, do_compression=True)
     data = path.read_bytes()
