@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
-from squeal.linear.finite_roots import finite_root_count
+from squeal.linear.finite_roots import FEW_ROWS, finite_root_count
 from squeal.linear.matrices import (
     EPS,
     MCK,
@@ -137,7 +137,7 @@ class Condensation:
     left_out : int
         How many finite roots are left out, as far greater than all others.
     hidden : int
-        How many more the equations have, which rounding makes infinite; 0 beyond `EXACT_ROWS`.
+        How many more the equations have, which rounding makes infinite; 0 of more than 40 rows.
     """
 
     def __init__(self, samples: Sequence[MCK], undamped: bool, all_roots: bool) -> None:
@@ -173,7 +173,7 @@ class Condensation:
         self.size: int = min(counts)
         self._powers: int = max(powers)
         self.hidden = 0
-        if len(self._left) <= EXACT_ROWS:
+        if len(self._left) <= FEW_ROWS:
             lambdas_per_root = 2 if undamped else 1
             M, C, K = self._transformed(samples[len(samples) // 2])
             found = lambdas_per_root * max(counts)

@@ -5,6 +5,9 @@ import numpy as np
 from squeal.linear.matrices import Array, Matrix, scaled_rank
 
 PRIME = 2**31 - 1  # products of two smaller integers are below 2^63
+FEW_ROWS = 40
+"""Rows up to which the count is exact; beyond, it is bounded by two powers of w, which take a
+second of 200 rows where all of them may take ten."""
 
 
 def finite_root_count(M: Matrix, C: Matrix | None, K: Matrix, guess: int) -> int:
@@ -23,7 +26,8 @@ def finite_root_count(M: Matrix, C: Matrix | None, K: Matrix, guess: int) -> int
     M x_i + C x_(i-1) + K x_(i-2) = 0. Of a zero of multiplicity m in one motion (a partial
     multiplicity) they have min(m, j + 1) independent solutions, so that these are counted with
     rising j until there are no more (Gohberg, Lancaster and Rodman, Matrix Polynomials, 1982).
-    Where every z is a root, the count exceeds 2n, and 0 is returned.
+    Where every z is a root, the count exceeds 2n, and 0 is returned. Of more than `FEW_ROWS` rows
+    two powers are counted, and the equations may have fewer roots than is returned.
     """
     n = len(M)
     if scaled_rank(M) == n:
@@ -47,18 +51,19 @@ def finite_root_count(M: Matrix, C: Matrix | None, K: Matrix, guess: int) -> int
     equations = np.zeros((0, 0))
     zeros_before = -1
     zeros = 0
-    while zeros_before < zeros <= 2 * rows:
+    powers = 0
+    while zeros_before < zeros <= 2 * rows and (n <= FEW_ROWS or powers < 2):
         # one more power of w: rows K x_(i-2) + C x_(i-1) + M x_i below the others
-        powers = len(equations) // rows
         larger = np.zeros((len(equations) + rows,) * 2)
         larger[: len(equations), : len(equations)] = equations
         for power, X in enumerate(coefficients[: powers + 1]):
             first = (powers - power) * rows  # of the columns of x_(powers - power)
             larger[len(equations) :, first : first + rows] = X
         equations = larger
+        powers += 1
         zeros_before = zeros
         zeros = len(equations) - exact_rank(equations)
-    return max(0, 2 * n - zeros // copies)
+    return max(0, min(most, 2 * n - zeros // copies))
 
 
 def exact_rank(X: Array) -> int:

@@ -69,3 +69,16 @@ def test_a_constraint_in_other_coordinates_takes_its_roots():
     K = np.array([[3.0, 0.0, 1.0], [0.0, 1.0, -1.0], [1.0, -1.0, 0.0]])
     rows = np.array([[1.0, 2.0, -1.0], [0.0, 1.0, 3.0], [2.0, 0.0, 1.0]])
     assert finite_root_count(rows @ M @ rows.T, None, rows @ K @ rows.T, NO_GUESS) == 2
+
+
+def test_the_count_of_many_rows_is_a_bound_at_little_cost():
+    """Of 41 rows two powers of w are counted: each constraint then takes two roots of its four."""
+    n, held = 41, 2
+    M = np.diag(np.append(np.ones(n - held), np.zeros(held)))
+    K = np.diag(np.append(np.arange(1.0, n - held + 1.0), np.zeros(held)))
+    K[:held, n - held :] = K[n - held :, :held] = np.eye(held)
+    T = np.eye(n)
+    T[:, 0] = T[0] = 1.0  # no row or column is without mass any more
+    M, K = (T.T @ X @ T for X in (M, K))
+    count = finite_root_count(M, None, K, NO_GUESS)
+    assert 2 * n - 4 * held < count <= 2 * n - 2 * held
