@@ -31,9 +31,9 @@ from squeal.queries.systems.thresholds import system_thresholds
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values
-from squeal.sparse.eigensolver import Modes, modes_in
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import Reduction, reduce_system
+from squeal.sparse.region_roots import Modes, modes_in
 
 REGION = Rectangle(-50.0, 1000.0, -1.0, 20000.0)
 SPEED = 4 * np.pi

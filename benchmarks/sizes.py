@@ -24,10 +24,11 @@ import squeal
 from squeal.examples.brake import solid_brake
 from squeal.sparse.argument_principle import band
 from squeal.sparse.crossings import crossings_along
-from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.factor import factorise
+from squeal.sparse.lowest_roots import lowest_modes
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
+from squeal.sparse.region_roots import modes_in
 
 ROWS = (1000, 5000, 11000, 36000, 82000)
 BAND = (500.0, 8000.0)  # Hz

@@ -29,7 +29,7 @@ from squeal.linear.moduli import Modulus
 from squeal.linear.system import System
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.eigensolver import (
+from squeal.sparse.corrections import (
     ACCEPTED_RESIDUAL,
     EXACT_RESIDUAL,
     MOST_CORRECTIONS,

@@ -32,9 +32,10 @@ from squeal.linear.verdicts import ACCEPTED
 from squeal.numerics.differentiation import Parameters
 from squeal.numerics.threads import side_by_side
 from squeal.sparse.argument_principle import Rectangle, count_roots, disc_around
+from squeal.sparse.corrections import corrected_roots
 from squeal.sparse.dense import dense_values
-from squeal.sparse.eigensolver import MOST_COLUMNS, BlockArnoldi, corrected_roots, modes_in
 from squeal.sparse.factor import Factor, factorise
+from squeal.sparse.krylov import MOST_COLUMNS, BlockArnoldi
 from squeal.sparse.quadratic import (
     Array,
     Bools,
@@ -56,6 +57,7 @@ from squeal.sparse.reduced_basis import (
     root_error_bounds,
 )
 from squeal.sparse.reduction import LARGEST_CONTRACTION, Complement, Reduction
+from squeal.sparse.region_roots import modes_in
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

@@ -24,17 +24,10 @@ from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
 from squeal.numerics.threads import side_by_side
 from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.corrections import ACCEPTED_RESIDUAL, corrected_roots, enlarged, grown
 from squeal.sparse.dense import dense_values, roots_at
-from squeal.sparse.eigensolver import (
-    ACCEPTED_RESIDUAL,
-    MOST_COLUMNS,
-    BlockArnoldi,
-    corrected_roots,
-    enlarged,
-    grown,
-    modes_in,
-)
 from squeal.sparse.factor import Factor
+from squeal.sparse.krylov import MOST_COLUMNS, BlockArnoldi
 from squeal.sparse.quadratic import (
     Array,
     ComplexArray,
@@ -51,6 +44,7 @@ from squeal.sparse.reduced_basis import (
     random_vectors,
     term_weights,
 )
+from squeal.sparse.region_roots import modes_in
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

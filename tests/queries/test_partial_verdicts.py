@@ -16,7 +16,7 @@ from squeal.linear.terms import Term
 from squeal.queries.systems import all_roots, roots
 from squeal.queries.systems.roots import system_roots
 from squeal.results.sources import EigenvalueSelection
-from squeal.sparse import eigensolver
+from squeal.sparse import region_roots
 from tests.conftest import ROOT
 from tests.known import system_of
 
@@ -349,8 +349,8 @@ def test_defective_roots_on_the_axis_are_no_growth_in_a_large_system(monkeypatch
 
 
 def test_a_count_that_fails_is_named_as_such(monkeypatch):
-    monkeypatch.setattr(eigensolver, "count_roots", lambda *args: None)
-    monkeypatch.setattr(eigensolver, "UNCOUNTED_PART", 1.0)  # no part is halved for a count alone
+    monkeypatch.setattr(region_roots, "count_roots", lambda *args: None)
+    monkeypatch.setattr(region_roots, "UNCOUNTED_PART", 1.0)  # no part is halved for a count alone
     monkeypatch.setattr(all_roots, "ALL_ROWS", 40)
     omega = 2 * np.pi * 10.0 * np.arange(1.0, 61.0)
     system = squeal.System(sparse.eye_array(60), K=sparse.diags_array(omega**2))

@@ -19,7 +19,7 @@ from squeal.queries.systems import thresholds as critical
 from squeal.queries.systems.thresholds import system_thresholds
 from squeal.results.map import Axis
 from squeal.results.sources import EigenvalueSelection
-from squeal.sparse import eigensolver
+from squeal.sparse import region_roots
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import crossings_along
 from tests import large
@@ -109,7 +109,7 @@ def test_a_structural_loss_factor_flutters_where_it_is_known_to(monkeypatch):
     with pytest.raises(InputError, match="band: is missing"):
         system_thresholds(system, 1.4)
     # a count that could not be settled certifies nothing
-    whole = eigensolver.modes_in
+    whole = region_roots.modes_in
     monkeypatch.setattr(
         critical, "modes_in", lambda *given, **more: replace(whole(*given, **more), count=None)
     )

@@ -14,8 +14,8 @@ from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.reduced import reduced_for
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse import first_look
-from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import FirstLook
+from squeal.sparse.region_roots import modes_in
 from tests import large
 from tests.sparse.test_reduction import BAND as LATE_BAND
 from tests.sparse.test_reduction import LATE, RANGE

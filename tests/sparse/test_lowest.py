@@ -6,9 +6,9 @@ from scipy.linalg import eigh
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array, kron, random_array
 
 import squeal
-from squeal.sparse import eigensolver
+from squeal.sparse import krylov, lowest_roots
 from squeal.sparse.argument_principle import Disc, count_roots
-from squeal.sparse.eigensolver import lowest_modes
+from squeal.sparse.lowest_roots import lowest_modes
 from squeal.sparse.quadratic import scaled_problem
 
 
@@ -111,8 +111,8 @@ def test_structural_damping_does_not_change_how_many_modes_are_listed(monkeypatc
     """lambda = +-i omega (1 + 0.05 i)^(1/2): as many lie below the axis, on its other side."""
     K, exact = laminations(24, 5, 0.3)
     if fallback != "none":  # a subspace of so few columns does not reach the lowest roots
-        monkeypatch.setattr(eigensolver, "MOST_COLUMNS", 40)
-        monkeypatch.setattr(eigensolver, "DENSE_ROWS", 120 if fallback == "all roots" else 0)
+        monkeypatch.setattr(krylov, "MOST_COLUMNS", 40)
+        monkeypatch.setattr(lowest_roots, "DENSE_ROWS", 120 if fallback == "all roots" else 0)
     found = lowest_modes(scaled_problem(eye_array(120), None, (1 + 0.05j) * K), 6)
     listed = found.values[found.values.imag > 0.0]
     assert len(listed) == 6
@@ -124,8 +124,8 @@ def test_structural_damping_does_not_change_how_many_modes_are_listed(monkeypatc
 def test_a_large_system_grows_its_region_until_it_holds_the_lowest(monkeypatch):
     """As of more rows than all roots are computed of, where a subspace does not reach far."""
     K, exact = laminations(16, 3, 0.01)
-    monkeypatch.setattr(eigensolver, "DENSE_ROWS", 0)
-    monkeypatch.setattr(eigensolver, "MOST_COLUMNS", 80)
+    monkeypatch.setattr(lowest_roots, "DENSE_ROWS", 0)
+    monkeypatch.setattr(krylov, "MOST_COLUMNS", 80)
     found = lowest_modes(scaled_problem(eye_array(48), None, K), 20)
     assert upper(found)[:20] == pytest.approx(exact[:20], rel=1e-9)
     assert found.certified
@@ -192,10 +192,10 @@ def test_equal_oscillators_are_all_listed(modes):
 
 def test_no_disc_is_certified_beyond_the_last_square(monkeypatch):
     """Of one square, of half width 2.04, that holds two of five modes; the next root is 2.2."""
-    monkeypatch.setattr(eigensolver, "MOST_ENLARGEMENTS", 1)
+    monkeypatch.setattr(lowest_roots, "MOST_ENLARGEMENTS", 1)
     w = np.array([1.0, 2.0, 2.2, 9.0, 9.5, 10.0])
     problem = scaled_problem(np.eye(6), None, np.diag(w**2))
-    found = eigensolver._lowest_of_squares(problem, 5, 2.0, certify=True)
+    found = lowest_roots._lowest_of_squares(problem, 5, 2.0, certify=True)
     assert upper(found) == pytest.approx(w[w < found.region.radius])
     assert found.certified
 

@@ -9,16 +9,18 @@ from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import ComputationError
 from squeal.linear.terms import Term
-from squeal.sparse import argument_principle, eigensolver
+from squeal.sparse import argument_principle, corrections, krylov, region_roots
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
+from squeal.sparse.corrections import ACCEPTED_RESIDUAL, enlarged
 from squeal.sparse.dense import dense_values, roots_at
-from squeal.sparse.eigensolver import ACCEPTED_RESIDUAL, enlarged, lowest_modes, modes_in
+from squeal.sparse.lowest_roots import lowest_modes
 from squeal.sparse.quadratic import (
     LEAST_BACKWARD_ERROR,
     ScaledSystem,
     eigenvalues_of,
     scaled_problem,
 )
+from squeal.sparse.region_roots import modes_in
 from tests import large
 from tests.known import affine
 
@@ -117,13 +119,13 @@ def test_a_missing_root_is_noticed(monkeypatch):
     M, C, K = large.blocks(a, w, rng)
     problem = scaled_problem(M, C, K)
     turn = 2 * np.pi
-    complete = eigensolver.corrected_roots
+    complete = region_roots.corrected_roots
 
     def hiding(*given):
         roots = complete(*given)
         return roots.select(np.abs(roots.values.imag - w[15]) > 1e-3)
 
-    monkeypatch.setattr(eigensolver, "corrected_roots", hiding)
+    monkeypatch.setattr(region_roots, "corrected_roots", hiding)
     found = modes_in(problem, Rectangle(-1.0, 1.0, 2.9, 6.05))
     assert not found.certified
     assert found.count == len(found.eigenvalues) + 1
@@ -132,7 +134,7 @@ def test_a_missing_root_is_noticed(monkeypatch):
     values = [0.1, 0.2]
     band = (2.9 / turn, 6.05 / turn)
     for search, told in ((hiding, 1), (complete, 0)):
-        monkeypatch.setattr(eigensolver, "corrected_roots", search)
+        monkeypatch.setattr(region_roots, "corrected_roots", search)
         swept = squeal.sweep(system, values, band, method="full")
         assert {step.certified for step in swept.steps} == {not told}
         assert len(swept.warnings) == told
@@ -182,7 +184,7 @@ def test_eight_determinants_count_a_band_among_many_roots_and_show_each_hidden_o
         counts.append((disc, known))
         return count_roots(problem, disc, known, reusable)
 
-    monkeypatch.setattr(eigensolver, "count_roots", count)
+    monkeypatch.setattr(region_roots, "count_roots", count)
     monkeypatch.setattr(argument_principle, "NODE_COUNTS", (8,))
     found = modes_in(problem, region)
     assert (found.count, found.certified) == (int(np.sum((w > 300.0) & (w < 330.0))), True)
@@ -206,7 +208,7 @@ def test_a_count_about_the_real_axis_shows_each_hidden_pair(monkeypatch):
         counts.append((disc, known))
         return count_roots(problem, disc, known, reusable)
 
-    monkeypatch.setattr(eigensolver, "count_roots", count)
+    monkeypatch.setattr(region_roots, "count_roots", count)
     problem = scaled_problem(*large.blocks(a, w, rng))
     found = lowest_modes(problem, modes)
     assert (found.count, found.certified) == (2 * modes, True)
@@ -246,16 +248,16 @@ def test_right_and_left_modes_solve_the_equations(scaled, exact):
 def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused(monkeypatch):
     problem = ScaledSystem(BRAKE).at({"mu": 0.6})
     expected = modes_in(problem, REGION).values
-    monkeypatch.setattr(eigensolver, "MOST_COLUMNS", 24)
+    monkeypatch.setattr(krylov, "MOST_COLUMNS", 24)
     few = modes_in(problem, REGION)
     assert few.certified
     assert np.allclose(np.sort_complex(few.values), np.sort_complex(expected), rtol=1e-9)
-    monkeypatch.setattr(eigensolver, "MOST_PARTS", 2)
+    monkeypatch.setattr(region_roots, "MOST_PARTS", 2)
     with pytest.raises(ComputationError, match="too many roots"):
         modes_in(problem, REGION)
     monkeypatch.undo()
-    monkeypatch.setattr(eigensolver, "MOST_CORRECTIONS", 1)
-    monkeypatch.setattr(eigensolver, "SMALLEST_PART", 0.5)
+    monkeypatch.setattr(corrections, "MOST_CORRECTIONS", 1)
+    monkeypatch.setattr(region_roots, "SMALLEST_PART", 0.5)
     with pytest.raises(ComputationError, match="were not found: one stiffness"):
         modes_in(problem, REGION)
 

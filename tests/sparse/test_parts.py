@@ -11,10 +11,11 @@ from scipy.sparse import csc_array, diags_array
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
+from squeal.sparse.corrections import enlarged, grown
 from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _is_same
-from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, rough_roots_near
 from squeal.sparse.factor import factorise
 from squeal.sparse.first_look import Structure
+from squeal.sparse.krylov import orthogonalise, rough_roots_near
 from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, scaled_problem
 from squeal.sparse.reduced_basis import root_error_bounds
 from squeal.sparse.reduction import Complement

@@ -12,9 +12,9 @@ from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.results.sources import SystemSource
 from squeal.sparse import reduced_basis
-from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import Structure
 from squeal.sparse.quadratic import scaled_problem
+from squeal.sparse.region_roots import modes_in
 from tests.known import known_system
 from tests.sparse.test_first_look import BRAKE, look_at
 

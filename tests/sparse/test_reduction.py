@@ -13,9 +13,9 @@ from squeal.queries.systems.reduced import reduced_for
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle, band
 from squeal.sparse.dense import dense_values, roots_at
-from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import RESIDUAL_TOLERANCE, reduce_system
+from squeal.sparse.region_roots import modes_in
 from tests import large
 
 BRAKE = large.disc_and_pad(3)

@@ -6,10 +6,11 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 from squeal.linear.system import System
 from squeal.sparse.argument_principle import NODE_COUNTS, Rectangle
-from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.factor import Factor
+from squeal.sparse.lowest_roots import lowest_modes
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
+from squeal.sparse.region_roots import modes_in
 from tests.sparse.test_first_look import BRAKE, look_at
 from tests.sparse.test_reduction import REGION, VALUES
 

@@ -23,8 +23,8 @@ from squeal.results.eigenvalues import eigenvalues_of_arrays
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dispersive import DispersiveReduction, frequencies
-from squeal.sparse.eigensolver import lowest_modes
 from squeal.sparse.first_look import FirstLook
+from squeal.sparse.lowest_roots import lowest_modes
 from squeal.sparse.quadratic import Array, Bools, ComplexArray, Roots, ScaledSystem
 from squeal.sparse.reduction import RESIDUAL_TOLERANCE, Reduction, reduce_system
 

@@ -53,9 +53,10 @@ from squeal.results.sources import LOWEST, EigenvalueSelection
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.dense import dense_spectrum
 from squeal.sparse.dispersive import DispersiveReduction, frequencies, modes_at_own_frequencies
-from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
+from squeal.sparse.lowest_roots import DENSE_ROWS, lowest_modes
 from squeal.sparse.quadratic import ScaledProblem, ScaledSystem
+from squeal.sparse.region_roots import modes_in
 
 MAY_BE_INFINITE = "M is singular, and only a proof tells which roots are infinite"
 REGULAR = 1e8

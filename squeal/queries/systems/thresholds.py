@@ -44,10 +44,10 @@ from squeal.results.thresholds import MISSED, Thresholds
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import CrossingGuess, coalescences, crossings_along
 from squeal.sparse.dispersive import DispersiveReduction
-from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, ScaledSystem
 from squeal.sparse.reduction import Reduction
+from squeal.sparse.region_roots import modes_in
 from squeal.sparse.singular_stiffness import singular_stiffness, without_zeros
 
 if TYPE_CHECKING:  # few systems need the referee
