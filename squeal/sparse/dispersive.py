@@ -37,13 +37,7 @@ from squeal.sparse.corrections import (
     residuals_of,
 )
 from squeal.sparse.factor import factorise_at
-from squeal.sparse.quadratic import (
-    Array,
-    ComplexArray,
-    Roots,
-    eigenvalues_of,
-    report_progress,
-)
+from squeal.sparse.quadratic import Array, ComplexArray, Roots, eigenvalues_of, report_progress
 from squeal.sparse.reduction import Reduction
 
 # Where matrices are frozen, and when a root is found

@@ -21,8 +21,8 @@ from scipy.sparse import csc_array, eye_array
 
 from squeal.linear.matrices import EPS, Array
 from squeal.linear.terms import Term
+from squeal.sparse.axis_crossing import NEWTON_STEPS, CrossingGuess
 from squeal.sparse.corrections import enlarged
-from squeal.sparse.crossings import NEWTON_STEPS, CrossingGuess
 from squeal.sparse.dense import STIFFNESS_ROUNDING
 from squeal.sparse.factor import Factor, factorise, factorise_at
 from squeal.sparse.quadratic import ScaledProblem, ScaledSystem, projected

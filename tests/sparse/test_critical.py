@@ -11,7 +11,8 @@ from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
 from squeal.sparse import singular_stiffness as static
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.crossings import CrossingGuess, axis_crossing, crossings_along
+from squeal.sparse.axis_crossing import CrossingGuess, axis_crossing
+from squeal.sparse.crossings import crossings_along
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
 from squeal.sparse.singular_stiffness import singular_stiffness, without_zeros

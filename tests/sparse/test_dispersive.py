@@ -13,7 +13,7 @@ from squeal import Term, TermSystem
 from squeal.errors import InputError
 from squeal.linear.moduli import Modulus, Table
 from squeal.numerics.differentiation import Formula
-from squeal.sparse.crossings import CrossingGuess, axis_crossing
+from squeal.sparse.axis_crossing import CrossingGuess, axis_crossing
 from squeal.sparse.quadratic import ScaledSystem
 
 RATE = 2 * np.pi * 1000.0

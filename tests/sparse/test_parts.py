@@ -11,8 +11,10 @@ from scipy.sparse import csc_array, diags_array
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
+from squeal.sparse.axis_crossing import AxisCrossing, is_same_crossing
 from squeal.sparse.corrections import enlarged, grown
-from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _is_same
+from squeal.sparse.crossing_search import _changes_sign
+from squeal.sparse.crossings import _in_range
 from squeal.sparse.factor import factorise
 from squeal.sparse.first_look import Structure
 from squeal.sparse.krylov import orthogonalise, rough_roots_near
@@ -254,11 +256,11 @@ def test_crossings_at_the_ends_of_a_range():
     assert _in_range(falls, 0.0, 0.8) is None
     same = crossing(1 + 5e-8, 2 + 1e-7)
     other = crossing(vector=(0.3, 0.9))
-    assert _is_same(crossing(), same)
-    assert not any(_is_same(crossing(), x) for x in (other, crossing(omega=2.1)))
+    assert is_same_crossing(crossing(), same)
+    assert not any(is_same_crossing(crossing(), x) for x in (other, crossing(omega=2.1)))
     one = replace(crossing(1.0), interval=(1.0, 1.0))
     next_one = replace(crossing(1 + 2e-7), interval=(1 + 2e-7, 1 + 2e-7))
-    assert not _is_same(one, next_one)
-    assert _is_same(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
+    assert not is_same_crossing(one, next_one)
+    assert is_same_crossing(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
     pairs = np.array([[1 + 1j, -1 + 1j], [1 + 1j, 2.0], [1 + 1j, -1e-17 + 1j], [-1.0, 1.0]]).T
     assert _changes_sign(*pairs).tolist() == [True, False, False, True]

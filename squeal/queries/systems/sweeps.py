@@ -22,9 +22,9 @@ from squeal.queries.systems.reduced import ComputedRoots, roots_of_reduction
 from squeal.queries.systems.seat import doubt_of_seat
 from squeal.results.sources import EigenvalueSelection
 from squeal.results.sweep import Step
-from squeal.sparse.crossings import spectrum_with_slopes
 from squeal.sparse.quadratic import PROGRESS, Roots
 from squeal.sparse.reduction import Reduction
+from squeal.sparse.root_slopes import spectrum_with_slopes
 
 
 class TrackedModes(NamedTuple):

@@ -42,7 +42,8 @@ from squeal.results.columns import basis_text
 from squeal.results.sources import EigenvalueSelection, SystemSource
 from squeal.results.thresholds import MISSED, Thresholds
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.crossings import CrossingGuess, coalescences, crossings_along
+from squeal.sparse.axis_crossing import CrossingGuess
+from squeal.sparse.crossings import coalescences, crossings_along
 from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, ScaledSystem
