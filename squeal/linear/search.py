@@ -1,15 +1,23 @@
-"""All events between two values of a parameter, and what shows whether one is missing.
+"""All events between two values of a parameter p, and what shows whether one is missing.
 
-Steps of the continuation give guesses, which are located. What grows is counted halfway between
-neighbouring events. Where the count does not follow from what was located the range there is
-halved and searched again, until the events add up or what remains is known by the count alone.
+An event is a crossing of the imaginary axis by a pair or a real root, or a coalescence of two roots
+on it. The search has three parts:
 
-A search has no doubts if the events add up to what grows between them, if every interval is
-narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
-step by interval arithmetic, let roots do no more than its ends show. Of a plain function nothing is
-known between the values. Whether an answer is certified is for the referee to say, who counts and
-proves without the roots that are judged (`queries.ranges`). Where a list is refuted, as of a window
-in which a pair changes its partner, the range is searched again.
+1. Spectra are computed at some values of p. A step between two of them is divided until the roots
+   at both ends are matched by their derivatives by p. Each matched root that may cross the axis,
+   and each two roots that may meet there, give a guess.
+2. Each guess is located (`events`). Events whose values agree to rounding form a cluster.
+3. The growing roots are counted halfway between neighbouring clusters. The events of a cluster have
+   to explain how the count changes from one side of the cluster to the other. Where they do not,
+   that part of the range is divided and searched again, until they do, or until it is as short as
+   rounding allows. What is missing there is listed as an event that only the count shows.
+
+An event may be missed if a step contains two events that cancel in the count: then the counts agree
+although both are missing. A search has no `doubts` if the counts agree, if every interval is
+narrow, and if the factors of all terms bend so little within each step, by interval bounds of their
+second derivatives, that the roots do no more than the ends of the step show. Nothing of the kind is
+known of a plain function. An answer is certified by a proof that does not use the roots found here
+(`queries.ranges`); a range whose list that proof refutes is searched again.
 """
 
 import itertools
@@ -43,13 +51,13 @@ STEPS = 24
 """Values at which the eigenvalues are computed first, of systems of up to 60 rows; larger ones take
 fewer. More of them find thresholds that are missed."""
 BUDGET = 1500
-"""Values in all, alike."""
+"""Values at which eigenvalues may be computed in all, of systems of up to 60 rows."""
 DEPTH = 12
 """How often a step may be divided."""
 CLEAR_WIDTHS = 16
-"""So many widths of its interval away from an event, growing roots are counted without it."""
+"""Growing roots beside an event are counted so many widths of its interval away from it."""
 WIDEST_INTERVAL = 1e-4
-"""Of the range: the widest interval that is not in doubt."""
+"""Share of the range: an event with a wider interval is reported as a doubt."""
 
 
 class RequiredCrossing(NamedTuple):
