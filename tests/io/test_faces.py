@@ -479,12 +479,13 @@ def test_sides_of_a_shell_are_those_of_calculix_and_abaqus(tmp_path, element_typ
     where = read_coordinates(tmp_path / "shell.inp", len(labels), labels)
     where = read_elements(tmp_path / "shell.inp", where)
     surface = read_surface(where, "A")
-    first, second, third = (surface.places[label] for label in surface.faces[0][:3])
+    at = {label: np.asarray(surface.places[label], dtype=float) for label in surface.faces[0]}
+    first, second, third = (at[label] for label in surface.faces[0][:3])
     assert (np.cross(second - first, third - first)[2] > 0) == is_above
     middles = surface.faces[0][len(corners) :]
     for i, middle in enumerate(middles):
         ends = [surface.faces[0][i], surface.faces[0][(i + 1) % len(corners)]]
-        assert surface.places[middle] == pytest.approx(sum(surface.places[e] for e in ends) / 2)
+        assert at[middle] == pytest.approx((at[ends[0]] + at[ends[1]]) / 2)
 
 
 def test_an_edge_of_a_shell_is_no_face(tmp_path):

@@ -8,9 +8,9 @@ from squeal.numerics.differentiation import Formula
 from squeal.queries.systems import thresholds
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse import first_look
-from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem
+from squeal.sparse.region_roots import modes_in
 from tests.sparse.test_first_look import BAND, random_brake
 
 HIGH = 0.7  # of mu, in the middle of which damping is largest

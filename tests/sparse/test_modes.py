@@ -119,7 +119,7 @@ def test_a_missing_root_is_noticed(monkeypatch):
     M, C, K = large.blocks(a, w, rng)
     problem = scaled_problem(M, C, K)
     turn = 2 * np.pi
-    complete = region_roots.corrected_roots
+    complete = corrections.corrected_roots
 
     def hiding(*given):
         roots = complete(*given)
