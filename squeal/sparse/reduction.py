@@ -153,6 +153,9 @@ class Reduction:
         self._probed = [A.T @ self._probes for A in self._matrices]
         self._sketch: Array = np.zeros((len(self._matrices), SKETCH, 0))
         self._outside = self._sketch  # of the images of the basis, their parts outside of it
+        # all roots of the reduced system by its parameters. Copies of a reduction share them: a
+        # search at frozen frequencies asks for the same ones as the search of the basis
+        self._values_at: dict[frozenset[tuple[str, float]], ComplexArray] = {}
 
     def extend(self, columns: ComplexArray, dropped: float = RESIDUAL_TOLERANCE / 10) -> None:
         """Enlarge the basis by the real and imaginary parts of columns (n, m), and project the
@@ -171,6 +174,7 @@ class Reduction:
         if old.size:
             before = [term.matrix for term in self.system.terms]
         reduced = side_by_side(partial(grown, old=old, new=new), before, self._matrices)
+        self._values_at = {}  # those of the smaller basis are no longer valid
         # `mapped` asks for the terms of M, of C, then of K: the order of `self._matrices`
         self.system = self.scaled.system.mapped(
             lambda term: Term(next(reduced), term.factor),
@@ -309,7 +313,11 @@ class Reduction:
         M, C, K = self.system.at(changes)
         stiffness = self._stiffness_norm(changes)
         if values is None:
-            computed = dense_values(M, C, K, stiffness)
+            parameters = frozenset(self.system.values(changes).items())
+            computed = self._values_at.get(parameters)
+            if computed is None:
+                computed = dense_values(M, C, K, stiffness)
+                self._values_at[parameters] = computed
             values = computed[self.region.contains(computed)]
         return roots_at(M, C, K, values, stiffness)
 

@@ -13,6 +13,7 @@ from squeal import Term, TermSystem
 from squeal.errors import InputError
 from squeal.linear.moduli import Modulus, Table
 from squeal.numerics.differentiation import Formula
+from squeal.sparse import reduction
 from squeal.sparse.axis_crossing import CrossingGuess, axis_crossing
 from squeal.sparse.quadratic import ScaledSystem
 
@@ -72,6 +73,20 @@ def test_thresholds_of_a_maxwell_branch_are_those_of_its_internal_coordinate(kin
     verdicts = [step.verdict for step in squeal.sweep(brake, at, band=BAND).steps]
     assert verdicts == [squeal.eigenvalues(brake, x, band=BAND).verdict for x in at]
     assert verdicts == [None, "flutter"]
+
+
+def test_thresholds_solve_each_frozen_problem_of_a_basis_once(monkeypatch):
+    """The search of the basis, that of the crossings and the comparison ask for the same ones."""
+    solved = []
+    dense_values = reduction.dense_values
+
+    def noted(*problem):
+        solved.append(b"".join(matrix.tobytes() for matrix in problem[:3]))
+        return dense_values(*problem)
+
+    monkeypatch.setattr(reduction, "dense_values", noted)
+    squeal.thresholds(_brake(Modulus(Formula(STORAGE), Formula(LOSS)), csc_array), 2.0, band=BAND)
+    assert len(solved) == len(set(solved)) > 13 * 7  # values of mu times frozen frequencies
 
 
 def test_what_moves_roots_and_thresholds_is_taken_at_their_own_frequency():
