@@ -213,6 +213,7 @@ def coalescences(reduction: DispersiveReduction, values: Sequence[float]) -> lis
 
 
 def _is_same_meeting(meeting: Event, other: Event) -> bool:
+    """Whether two coalescences agree in parameter and frequency, to `SAME_SHARE` of each."""
     return (
         abs(meeting.value - other.value) <= SAME_SHARE * abs(meeting.value)
         and abs(meeting.omega - other.omega) <= SAME_SHARE * meeting.omega
