@@ -13,7 +13,7 @@ from squeal import Term, TermSystem
 from squeal.errors import InputError
 from squeal.linear.moduli import Modulus, Table
 from squeal.numerics.differentiation import Formula
-from squeal.sparse import reduction
+from squeal.sparse import dense, reduction
 from squeal.sparse.axis_crossing import CrossingGuess, axis_crossing
 from squeal.sparse.quadratic import ScaledSystem
 
@@ -78,7 +78,7 @@ def test_thresholds_of_a_maxwell_branch_are_those_of_its_internal_coordinate(kin
 def test_thresholds_solve_each_frozen_problem_of_a_basis_once(monkeypatch):
     """The search of the basis, that of the crossings and the comparison ask for the same ones."""
     solved = []
-    dense_values = reduction.dense_values
+    dense_values = dense.dense_values
 
     def noted(*problem):
         solved.append(b"".join(matrix.tobytes() for matrix in problem[:3]))
