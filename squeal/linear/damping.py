@@ -257,6 +257,14 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
                 "rows have no mass"
             )
         zeta = np.broadcast_to(np.asarray(ratios, dtype=float), len(omega))
+        is_all_damping = not system.C and system.real
+        if is_list and count < n and is_all_damping:
+            warnings.warn(
+                f"damping.ratios: modes above {omega[-1] / math.tau:.6g} Hz are not damped, and "
+                "nothing else damps: whether one of them grows slowly or not at all may stay open",
+                InputWarning,
+                stacklevel=2,
+            )
     is_damped = np.isfinite(zeta)  # NaN: outside of the range of `ratios`
     if not is_damped.any():
         raise InputError("damping.ratios: no mode of the structure lies in the table's range")

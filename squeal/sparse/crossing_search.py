@@ -33,6 +33,8 @@ from squeal.sparse.root_slopes import spectrum_with_slopes
 # When a match of roots of the reduced system is in doubt, and how many steps it may cost
 SHORTEST_STEP = 2.0**-40  # of the range
 MOST_SPECTRA = 1200  # values at which roots are computed; with so many no step is halved
+CHEAP_ROWS = 60  # of the reduced system, up to which so many are computed
+FEWEST_SPECTRA = 100  # that are computed of any number of rows: known searches take up to 90
 # how far from where its slopes lead a root may be for its match to be right
 MISSED_SHARE = 0.25  # of its path
 MISSED = 1e-4  # of |lambda|, of a root that is at least twice as far off the axis
@@ -86,6 +88,10 @@ class CrossingSearch:
         self.imag_rounding = REAL_SHARE * region.high_imag if reduction.system.real else 0.0
         self.region = replace(region, low_imag=max(region.low_imag, -self.imag_rounding))
         self._spectra: dict[float, SpectrumAtParameter] = {}
+        # modes that nothing damps lie on the axis to rounding: where two of them meet a search
+        # would divide its steps without end, for minutes if each spectrum takes half a second
+        share = (CHEAP_ROWS / reduction.system.n) ** 2
+        self._most_spectra = max(FEWEST_SPECTRA, min(1.0, share) * MOST_SPECTRA)
 
     def at(self, value: float) -> SpectrumAtParameter:
         """The spectrum at a value of the parameter: the roots (rad/s) in the region, only the upper
@@ -107,7 +113,7 @@ class CrossingSearch:
 
         The step from `low` to `high` is divided in two, again and again, as long as `_division`
         requires it or a root's change of sign is not explained by its crossings. A step is no
-        longer divided if it is at most `shortest` long or if `MOST_SPECTRA` are computed: for each
+        longer divided if it is at most `shortest` long or if many spectra are computed: for each
         root that changes the sign of its growth rate on it, the end of the step at which the root
         is nearer to the axis is then given as the crossing.
         """
@@ -134,7 +140,7 @@ class CrossingSearch:
         if division is None:
             for crossing in crossings:
                 yield CrossingGuess(crossing.value, crossing.omega, crossing.right, crossing.left)
-        elif high - low > shortest and len(self._spectra) < MOST_SPECTRA:
+        elif high - low > shortest and len(self._spectra) < self._most_spectra:
             yield from self.between(low, division, shortest)
             yield from self.between(division, high, shortest)
         else:

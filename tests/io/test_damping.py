@@ -98,6 +98,7 @@ _RATIOS = f"frequency,ratio\n{1 / (2 * np.pi)},0.01\n{3 / (2 * np.pi)},0.05\n"
 
 
 @pytest.mark.parametrize(("n", "table"), [(450, False), (450, True), (2100, True)])
+@pytest.mark.filterwarnings("ignore:damping.ratios. modes above .* are not damped")
 def test_few_modes_of_a_sparse_system_are_damped_by_rows_of_their_own(n, table):
     hertz = 2 * np.pi * np.arange(1.0, n + 1.0)
     pair = np.zeros((n, n))
@@ -116,6 +117,7 @@ def test_few_modes_of_a_sparse_system_are_damped_by_rows_of_their_own(n, table):
 
 
 @pytest.mark.parametrize(("kind", "count"), [(np.asarray, 3), (csc_array, 46)])
+@pytest.mark.filterwarnings("ignore:damping.ratios. modes above .* are not damped")
 def test_modes_of_a_full_system_and_many_modes_fill_c(kind, count):
     n = 450
     K = np.diag((2 * np.pi * np.arange(1.0, n + 1.0)) ** 2)
@@ -127,6 +129,17 @@ def test_modes_of_a_full_system_and_many_modes_fill_c(kind, count):
     assert C.diagonal()[: count + 1] == pytest.approx(
         np.append(0.04 * np.pi * np.arange(1.0, count + 1.0), 0.0)
     )
+
+
+def test_modes_that_nothing_damps_beside_ratios_are_warned_of():
+    """Where two of them meet, a search of thresholds does not end for minutes, and stays open."""
+    mass = (Term(np.eye(3)),)
+    stiffness = (Term(np.diag([1.0, 4.0, 9.0])),)
+    with pytest.warns(InputWarning, match=r"modes above 0\.31831 Hz are not damped, and nothing"):
+        damped(TermSystem(mass, (), stiffness), ratios=[0.01, 0.02])
+    damped(TermSystem(mass, (), stiffness), ratios=[0.01, 0.02, 0.02])
+    damped(TermSystem(mass, (), stiffness), ratios=[0.01, 0.02], rayleigh=(0.1, 0.0))
+    damped(TermSystem(mass, (Term(np.eye(3)),), stiffness), ratios=[0.01, 0.02])
 
 
 def test_modes_of_a_large_system_that_a_table_misses_are_warned_of(monkeypatch):

@@ -110,6 +110,7 @@ def test_rows_that_are_empty_in_every_matrix_are_left_out_with_a_warning(tmp_pat
 
 
 @pytest.mark.parametrize("ratios", ["0.03", "[0.01, 0.02]"])
+@pytest.mark.filterwarnings("ignore:damping.ratios. modes above .* are not damped")
 def test_modal_ratios_are_those_of_the_modes(read, ratios):
     text = f"M: {{file: m.mtx}}\nK: [{{file: k0.mtx}}]\ndamping: {{ratios: {ratios}}}\n"
     mass, C, K = read(text).system.at()

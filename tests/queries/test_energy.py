@@ -529,6 +529,7 @@ def test_damping_that_a_file_adds_has_the_names_of_its_keys(tmp_path):
     assert [row["term"] for row in found.table().records()] == ["1", "1", "structural 0.02 K"]
 
 
+@pytest.mark.filterwarnings("ignore:damping.ratios. modes above .* are not damped")
 def test_damping_of_few_modes_is_one_term_and_takes_what_their_ratios_say(tmp_path, monkeypatch):
     """The unknowns that stand for the damped modes have no share."""
     n = 450
