@@ -134,12 +134,15 @@ def frequency_on_axis(
     """Bounds of the angular frequency (rad/s) of the pair that crosses the imaginary axis between
     two values of the parameter; of several that may cross there, of the one nearest to `omega`.
 
-    None where no enclosure shows a pair.
+    None where no enclosure shows a pair, as where a factor divides by what may be zero.
     """
     nearest: tuple[float, float] | None = None
     _, half = middle_and_half(low, high)
     for component in terms.separated().components():
-        M, C, K = component.expanded(low, high)
+        try:
+            M, C, K = component.expanded(low, high)
+        except ValueError:  # a factor divides by what may be zero
+            continue
         A, B = _first_order_form(M, C, K)
         with np.errstate(all="ignore"):
             for pencil, basis in _pencils_and_bases([_Pencil(A, B)]):

@@ -6,7 +6,12 @@ import pytest
 from squeal import System
 from squeal.errors import InputError
 from squeal.proof import HALF_ULP
-from squeal.proof.ranges import INSIDE_SHARE, RangeProof, bounds_between
+from squeal.proof.ranges import (
+    INSIDE_SHARE,
+    RangeProof,
+    bounds_between,
+    frequency_on_axis,
+)
 from squeal.proof.terms import Term, Terms
 from tests.known import known_system
 
@@ -296,3 +301,9 @@ def test_a_rate_above_all_roots_hides_no_change_of_what_grows():
     terms = Terms([Term(np.eye(1))], damping, [Term(np.eye(1))], HALF_ULP)
     proof = prove_thresholds(terms, 0.0, 2.0, [], growth_below=1e3)
     assert proof.status == "refuted"
+
+
+def test_a_factor_with_a_pole_between_two_values_leaves_no_frequency():
+    friction = Term(FRICTION, lambda mu: 1 / mu)
+    terms = Terms([Term(np.eye(2))], [], [Term(SPRINGS), friction], HALF_ULP)
+    assert frequency_on_axis(terms, -0.5, 0.5, np.sqrt(2.0)) is None
