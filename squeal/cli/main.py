@@ -108,9 +108,10 @@ def _run_one_of(groups: Sequence[str], usage: str, arguments: Sequence[str]) -> 
     if typed == "--version":
         return printed(f"squeal {__version__}")
     known = [name for group in groups for name in GROUPS[group]]
+    name = typed
     if len(groups) > 1:  # the commands of `squeal` itself, not those of `squeal article`
         known.append("article")
-    name = ALIASES.get(typed, typed)
+        name = ALIASES.get(typed, typed)
     if name not in known:
         raise InputError(f"{name!r} is no command; {suggestion(name, known)}")
     from squeal.cli.command import run

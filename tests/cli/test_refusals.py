@@ -38,6 +38,7 @@ FILES = {
 }
 REFUSED = """\
 nothing | nothing
+article critical-friction b1.yaml | 'critical-friction' is no command; allowed are sliding, claims
 eigenvalue x.yaml | eigenvalues
 thresholds x.yaml --high 2 | did you mean --max? See squeal thresholds --help
 thresholds x.yaml --mu_max 2 | did you mean --max? See squeal thresholds --help
