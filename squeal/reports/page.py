@@ -30,6 +30,8 @@ CONFIDENCE = {
     "proved": "Proved by a second program, which shares no code with the first: no mode is missing "
     "from the list",
     "counted": "Counted a second time (certified, not proved): no mode is missing from the list",
+    "uncertified": "Counted a second time (neither certified nor proved): no mode is missing from "
+    "the list",
     "open": "A mode may be missing from the list: no count or proof confirms it",
 }
 
@@ -248,6 +250,8 @@ def _confidence(report: Findings) -> Iterator[str]:
     status = "counted" if spectrum.certified else "open"
     if spectrum.proof:
         status = spectrum.proof["status"]
+    if status == "counted" and not spectrum.certified:
+        status = "uncertified"
     limit = f" among {spectrum.extent}" if spectrum.extent else ""
     yield f"{CONFIDENCE[status]}{limit}."
     searched = report.thresholds

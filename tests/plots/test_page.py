@@ -236,6 +236,14 @@ def test_only_what_is_proved_is_said_to_be():
         assert ("not proved" in lines[1]) == (status == "counted")
 
 
+def test_a_count_that_certifies_nothing_is_not_said_to_certify():
+    report = report_of_pair(1.0)
+    for certified, words in ((True, "certified, not"), (False, "neither certified nor")):
+        spectrum = replace(report.eigenvalues, proof={"status": "counted"}, certified=certified)
+        sentence = next(html._confidence(replace(report, eigenvalues=spectrum)))
+        assert sentence.startswith(f"Counted a second time ({words} proved): no mode is missing")
+
+
 def test_nothing_has_to_change_where_nothing_grows():
     report = report_of_pair(0.5)
     assert report.advice == f"Nothing grows at mu = 0.5. {report.loss}"
