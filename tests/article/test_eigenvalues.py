@@ -121,6 +121,13 @@ def test_the_gain_margin_of_one_loop_is_that_of_the_closed_form(damping):
     assert eigenvalues.critical_gain(loop, gains, values) == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.parametrize(("a", "b"), [(0.2, 0.5), (0.3, 0.7)])
+def test_a_gain_at_which_a_pole_reaches_zero_is_listed_once(a, b):
+    """det [[a - mu, mu], [-mu, b + mu]] = 0 at mu = a b / (b - a)."""
+    margins = eigenvalues.gain_margins(single(a, b, 0.2))
+    assert margins == [pytest.approx(a * b / (b - a), rel=1e-9)]
+
+
 def test_modulus_margin_is_the_least_distance_on_a_dense_grid():
     loop = single(3.0, 2.0, 0.2)
     omega = np.linspace(0.01, 10.0, 200001)

@@ -45,6 +45,7 @@ RATIO = 0.005  # modal damping of the loops
 GREATEST = 1.5  # loop gain, which is friction
 AGREES = 1e-11  # of the greatest magnitude: poles by python-control and by squeal differ by less
 GAINS = 151  # of a root locus, up to `GREATEST`
+SAME_GAIN = 1e-9  # of a gain margin: gains that differ by less are one
 Row = tuple[float, ...]
 
 
@@ -283,7 +284,8 @@ def gain_margins(loop: FrictionLoop) -> list[float]:
 
     By `control.stability_margins` for a loop L of one input. Not every version of it looks at the
     frequency zero, where the pole is on the axis at the gain with 1 + gain L(0) = 0: that gain is
-    added, and may come twice. A loop of two inputs has no gain margin, see `critical_gain`.
+    added. Of gains that differ by rounding the smallest is listed. A loop of two inputs has no gain
+    margin, see `critical_gain`.
     """
     import control
 
@@ -293,7 +295,12 @@ def gain_margins(loop: FrictionLoop) -> list[float]:
     static = float(np.real(open_loop(0.0)))
     if static < 0.0:
         gains.append(-1.0 / static)
-    return sorted(gain for gain in gains if 0.0 < gain <= GREATEST)
+    crossings: list[float] = []
+    for gain in sorted(gains):
+        is_listed = bool(crossings) and math.isclose(gain, crossings[-1], rel_tol=SAME_GAIN)
+        if 0.0 < gain <= GREATEST and not is_listed:
+            crossings.append(gain)
+    return crossings
 
 
 def critical_gain(loop: FrictionLoop, gains: np.ndarray, values: np.ndarray) -> float | None:
