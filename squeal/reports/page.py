@@ -201,7 +201,9 @@ def _moves(report: Findings) -> Table:
         effects[with_unit(f"first loss ({where})", unit)] = _effects(onset, 0)
     strengths: dict[str, list[float]] = {}  # of each parameter, in each column
     for name in report.sensitivity.slopes:
-        strengths[name] = [abs(changes.get(name, 0.0)) for changes in effects.values()]
+        sizes = [abs(changes.get(name, 0.0)) for changes in effects.values()]
+        # NaN has no order: an effect that is NaN follows all others
+        strengths[name] = [-1.0 if math.isnan(size) else size for size in sizes]
     names = [name for name in strengths if any(strengths[name])]
     names.sort(key=strengths.__getitem__, reverse=True)
     columns = [Column("parameter", value=str)]

@@ -3,6 +3,7 @@
 import functools
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -217,6 +218,25 @@ def test_terms_sum_to_the_growth_rate_on_the_page():
     assert "<b>pair" not in text
     labels = re.findall(r"<dt>(\w+)</dt>", text)
     assert labels == ["Fault", "Cause", "Remedy"]
+
+
+def test_parameters_are_sorted_by_the_next_mode_where_the_first_has_no_derivatives(monkeypatch):
+    """Derivatives of a root that two others coalesce with are NaN."""
+    report = report_of_pair(1.0)
+    faster, slower = np.array([0.2 + 1.0j, 0.1 + 2.0j])
+    names = ["a", "b", "c", "d"]
+    slopes = {name: np.array([np.nan, size]) for name, size in zip(names, range(1, 5), strict=True)}
+    sensitivity = replace(
+        report.sensitivity,
+        slopes=slopes,
+        values=dict.fromkeys(names, 1.0),
+        units=dict.fromkeys(names, ""),
+    )
+    modes = {2: SimpleNamespace(root=faster), 1: SimpleNamespace(root=slower)}
+    monkeypatch.setattr(html, "_growing", lambda _: modes)
+    spectrum = SimpleNamespace(values=np.array([faster, slower]))
+    report = SimpleNamespace(eigenvalues=spectrum, sensitivity=sensitivity, onset=None)
+    assert html._moves(report).rows == ["d", "c", "b", "a"]
 
 
 def test_only_what_is_proved_is_said_to_be():
