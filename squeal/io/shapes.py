@@ -94,14 +94,16 @@ def _unv_lines(coordinates: Coordinates, shapes: Shapes) -> Iterator[str]:
     """The lines of a universal file, by datasets.
 
     Dataset 2411 holds the nodes, 2412 the elements; for each mode a dataset 55 holds its real or
-    complex shape. Nodes keep their names if all names are whole numbers below `LABEL`; else they
-    are numbered from 1.
+    complex shape. Nodes keep their names if all names are different whole numbers below `LABEL`;
+    else they are numbered from 1.
     """
     labels: Sequence[int] = range(1, len(coordinates.places) + 1)
     if coordinates.names and all(
         name.isdecimal() and int(name) < LABEL for name in coordinates.names
     ):
-        labels = [int(name) for name in coordinates.names]
+        numbers = [int(name) for name in coordinates.names]
+        if len(set(numbers)) == len(numbers):  # unlike "1" and "01"
+            labels = numbers
     edge = f"{-1:6d}"  # begins and ends a dataset
     yield f"{edge}\n{2411:6d}"
     for label, place in zip(labels, coordinates.places.tolist(), strict=True):

@@ -1,6 +1,7 @@
 """Mode shapes on nodes and elements: what other programs read is what was computed."""
 
 import itertools
+import re
 
 import numpy as np
 import pytest
@@ -135,6 +136,16 @@ def test_universal_files_hold_nodes_elements_and_shapes(cubes, tmp_path, damped)
             u = np.array([float(row[k : k + 13]) for k in range(0, len(row), 13)])
             u = u[::2] + 1j * u[1::2] if damped else u
             assert u == pytest.approx(expected(file, mode)[label.strip()], abs=1e-5)
+
+
+def test_two_names_of_one_number_are_two_nodes_of_a_universal_file(cubes, tmp_path):
+    for name in ("nodes.csv", "cells.csv"):
+        table = tmp_path / name
+        table.write_text(re.sub(r"\b15\b", "005", table.read_text()))
+    out = tmp_path / "modes.unv"
+    squeal.eigenvalues(read_system(cubes), modes=1).save_shapes(out)
+    nodes = out.read_text().split("    -1\n")[1].splitlines()[1:]
+    assert [int(line[:10]) for line in nodes[::2]] == list(range(1, len(PLACES) + 1))
 
 
 def test_faces_between_elements_are_no_outer_ones(cubes):
