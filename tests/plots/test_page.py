@@ -4,6 +4,7 @@ import functools
 import re
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -235,8 +236,8 @@ def test_parameters_are_sorted_by_the_next_mode_where_the_first_has_no_derivativ
     modes = {2: SimpleNamespace(root=faster), 1: SimpleNamespace(root=slower)}
     monkeypatch.setattr(html, "_growing", lambda _: modes)
     spectrum = SimpleNamespace(values=np.array([faster, slower]))
-    report = SimpleNamespace(eigenvalues=spectrum, sensitivity=sensitivity, onset=None)
-    assert html._moves(report).rows == ["d", "c", "b", "a"]
+    found: Any = SimpleNamespace(eigenvalues=spectrum, sensitivity=sensitivity, onset=None)
+    assert html._moves(found).rows == ["d", "c", "b", "a"]
 
 
 def test_only_what_is_proved_is_said_to_be():
