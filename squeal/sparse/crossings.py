@@ -227,9 +227,9 @@ def _at_own_frequency(
     omega_c(omega) - omega, where omega_c is the frequency at which two roots meet if matrices are
     frozen at omega.
 
-    By the secant method. None if it does not converge, or if at one of its steps no two roots meet
-    at a frequency above 0. `start` is the coalescence with matrices at `frozen` (rad/s); the
-    parameter runs from `low` to `high`.
+    By the secant method. None if it does not converge, if at one of its steps no two roots meet at
+    a frequency above 0, or if the excess of a step is that of the step before to rounding. `start`
+    is the coalescence with matrices at `frozen` (rad/s); the parameter runs from `low` to `high`.
     """
     event = start
     omega_before = frozen
@@ -247,6 +247,8 @@ def _at_own_frequency(
         excess = event.omega - omega
         if abs(excess) <= CONVERGED_STEP * omega:
             return event
+        if abs(excess - excess_before) <= CONVERGED_STEP * omega:
+            return None
         # to the zero of the line through the last two excesses
         step = excess * (omega - omega_before) / (excess_before - excess)
         omega_before = omega

@@ -238,3 +238,14 @@ def test_frequencies_that_meet_without_damping_flutter(slope, beside):
     assert (one.kind, one.direction, one.changes_verdict) == ("flutter", "up", True)
     assert one.mu == pytest.approx(0.5 * (1.0 + slope * omega), rel=1e-11)
     assert 2 * np.pi * one.frequency_hz == pytest.approx(omega, rel=1e-9)
+
+
+@pytest.mark.parametrize("offset", [0.125, 0.25])
+def test_frequencies_that_meet_nowhere_at_their_own_frequency_are_no_threshold(offset):
+    """diag(3, 5) / 4 + mu J, times (offset + omega)^2: frozen at omega the two meet at the
+    frequency offset + omega, which is nowhere omega, and differs from it by the same everywhere."""
+    factor = f"({offset} + omega)**2"
+    friction = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    K = {factor: np.diag([0.75, 1.25]), f"{factor}*mu": friction}
+    system = squeal.System(np.eye(2), K=K, parameters={"mu": 0.0})
+    assert not squeal.thresholds(system, 1.0, band=(0.05, 0.5)).crossings
