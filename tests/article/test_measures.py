@@ -2,11 +2,12 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from squeal.article.claims.motions import measure_alone, measures
+from squeal.article.claims.motions import _calm, measure_alone, measures
 from squeal.article.identify.ensemble import simulate_many, stack
 from squeal.errors import ComputationError
 from squeal.model.contact import CONSISTENT
@@ -102,3 +103,14 @@ def test_rise_from_zero_at_first_contact_does_not_count():
     assert many["first"][0] == exact
     one = scene("B1", CONSISTENT, pad, start, stop=stop, tolerance=1e-12)
     assert measure_alone(one)["first"][0] == exact
+
+
+def test_a_motion_without_acceleration_is_calm():
+    """Of two motions, of one step each, the second has x_dot = t."""
+    series = np.zeros((2, 6, 2))  # (power, state, step)
+    series[1, 3, 1] = 1.0
+    steps = SimpleNamespace(series=series, h=np.ones(2), motion=np.arange(2))
+    shares = np.array([0.0, 1.0])
+    times = shares[:, None] * np.ones(2)
+    grid = SimpleNamespace(steps=steps, shares=shares, t=times, first_steps=np.arange(2))
+    assert _calm(grid, np.array([0.5, 0.5])).tolist() == [0.0, 1.0]

@@ -85,7 +85,7 @@ def measures(
     vanishes : (n, 2)
         Share of time without force at the leading and the trailing edge.
     calm : (n,)
-        Greatest acceleration in the last tenth over that of the whole run.
+        Greatest acceleration in the last tenth over that of the whole run, 0 without acceleration.
     fastest, face : (n,)
         Greatest x_dot, and greatest velocity along x of the lower face while the face touches, NaN
         if it never touches. Friction never reverses if the speed V of the surface exceeds `face`.
@@ -319,7 +319,8 @@ def _each_blow(grid: Grid, load: np.ndarray, moment: np.ndarray) -> _EachBlow:
 
 
 def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
-    """Greatest acceleration after the times `late` (n,) over that of the whole run, (n,).
+    """Greatest acceleration after the times `late` (n,) over that of the whole run, (n,); 0 of a
+    motion without acceleration.
 
     In a step of length h a state is the sum of series[k] u^k over the share u = (t - t_step) / h,
     so that its time derivative is the sum of k series[k] u^(k - 1) / h; of the velocities
@@ -334,4 +335,6 @@ def _calm(grid: Grid, late: np.ndarray) -> np.ndarray:
     late_squares = np.where(grid.t >= late[steps.motion], squares, 0.0)
     greatest = np.maximum.reduceat(squares.max(axis=0), grid.first_steps)
     late_greatest = np.maximum.reduceat(late_squares.max(axis=0), grid.first_steps)
-    return np.asarray(np.sqrt(late_greatest / greatest))
+    # of a motion at rest both are 0
+    shares = np.divide(late_greatest, greatest, out=np.zeros(len(late)), where=greatest != 0.0)
+    return np.asarray(np.sqrt(shares))
