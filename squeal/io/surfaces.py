@@ -109,6 +109,10 @@ def _generated(cells: list[str], at: Place) -> list[str]:
     if step == 0:
         raise at.refuse("a step of 0 is not allowed; it must be 1 or more")
     count = (last - first) // step + 1
+    if count < 1:
+        raise at.refuse(
+            f"{first} to {last} is not allowed; the last label must not be below the first"
+        )
     if count > MOST_LABELS:
         raise at.refuse(f"{count} labels are not allowed; at most {MOST_LABELS} are read")
     return [str(label) for label in range(first, last + 1, step)]

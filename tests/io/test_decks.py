@@ -256,3 +256,10 @@ def test_blanks_in_the_keyword_of_an_included_file_mean_nothing(tmp_path, card):
     (tmp_path / "set.nam").write_text("*NSET, NSET=A\n1,\n2,\n")
     (tmp_path / "deck.inp").write_text(f"*NODE\n1\n2\n{card}\n")
     assert deck_sets(tmp_path / "deck.inp", "NODE") == {"A": ["1", "2"]}
+
+
+def test_labels_that_fall_generate_no_set(tmp_path):
+    deck = tmp_path / "deck.inp"
+    deck.write_text("*NSET,NSET=A,GENERATE\n5,1\n")
+    with pytest.raises(InputError, match=r"line 2: 5 to 1 is not allowed"):
+        deck_sets(deck, "NODE")
