@@ -262,6 +262,8 @@ def _check_keyword(keyword: Sequence[str], file: Place, at: Place) -> None:
     name = keyword[0].replace(" ", "")
     if name in REFUSED_KEYWORDS:
         raise at.refuse(f"{keyword[0]} is not allowed; {REFUSED_KEYWORDS[name]}")
+    if "=" in name:
+        raise at.refuse(f"{keyword[0]} is not allowed; a comma is needed before its options")
     if name in WARNINGS_OF_KEYWORDS:
         file.warn(f"{keyword[0]}: {WARNINGS_OF_KEYWORDS[name]}")
     if name not in ("*NODE", "*ELEMENT", "*NSET", "*ELSET"):
