@@ -271,6 +271,8 @@ def _check_keyword(keyword: Sequence[str], file: Place, at: Place) -> None:
     for option in keyword:
         if option.startswith("INPUT"):
             raise at.refuse(f"INPUT of {name} is not read; name the file below *INCLUDE")
+        if name == "*NSET" and option.startswith("ELSET"):
+            raise at.refuse("ELSET of *NSET is not read; write out the nodes of the set")
         if name == "*NODE" and re.match(r"SYSTEM\s*=\s*[^R\s]", option):
             raise at.refuse(f"{option} of *NODE is not allowed; R, along x, y and z, is")
 

@@ -76,6 +76,7 @@ def test_a_deck_without_such_a_keyword_is_read_without_a_word(tmp_path):
         ("*Cyclic symmetry model, N=12", "CYCLIC SYMMETRY MODEL is not allowed; the matrices of"),
         ("*CYCLICSYMMETRYMODEL,N=12", "the matrices of a sector are not those of the structure"),
         ("*NGEN", "write out each node and element"),
+        ("*NSET, NSET=A, ELSET=E", r"ELSET of \*NSET is not read; write out the nodes of the set"),
         ("*NSET NSET=A", r"\*NSET NSET=A is not allowed; a comma is needed before its options"),
         ("*Element TYPE=C3D4, ELSET=E", "a comma is needed before its options"),
         ("*ELGEN,ELSET=E", "write out each node and element"),
