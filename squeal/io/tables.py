@@ -282,7 +282,7 @@ def _deck_table(path: Path, names: Sequence[str]) -> Iterator[Line]:
 
     names: the columns that are needed. If the first one is "node", the lines below *NODE are read,
     else those below *ELEMENT. Missing coordinates are 0; elements without faces, such as springs,
-    are left out. Raises InputError.
+    are left out. Raises InputError, also for an element with more nodes than its type has.
     """
     keyword = "*ELEMENT"
     heads = ["element", "type", *map(str, range(MOST_NODES))]  # nodes in the columns 0, 1, ...
@@ -302,9 +302,17 @@ def _deck_table(path: Path, names: Sequence[str]) -> Iterator[Line]:
             padded = [*line.cells, "0", "0", "0"]
             cells = [cell or "0" for cell in padded[:4]]
         else:
-            kind = cell_name(line.option("TYPE"))
+            element_type = line.option("TYPE")
+            kind = cell_name(element_type)
             if not kind:
                 continue
+            count = len([cell for cell in line.cells[1:] if cell])
+            needed = node_count(element_type)
+            # cohesive elements with pore pressure, such as COH3D8P, may have nodes in the middle
+            if 0 < needed < count and not element_type.startswith("COH"):
+                raise line.at.refuse(
+                    f"{count} nodes; an element of type {element_type} has {needed}"
+                )
             cells = [line.cells[0], kind, *line.cells[1 : 1 + MOST_NODES]]
         yield Line(line.at, dict(zip_longest(heads, cells, fillvalue="")))
 

@@ -266,3 +266,18 @@ def test_labels_that_fall_generate_no_set(tmp_path):
     deck.write_text("*NSET,NSET=A,GENERATE\n5,1\n")
     with pytest.raises(InputError, match=r"line 2: 5 to 1 is not allowed"):
         deck_sets(deck, "NODE")
+
+
+@pytest.mark.parametrize(("element_type", "count"), [("C3D4", 5), ("S4R", 8), ("C3D8", 20)])
+def test_more_nodes_than_the_type_has_are_refused(tmp_path, element_type, count):
+    deck = tmp_path / "mesh.inp"
+    line = ",".join(["7", *numbers(1, count)])
+    deck.write_text(f"*ELEMENT,TYPE={element_type},ELSET=E\n{line}\n")
+    with pytest.raises(InputError, match=rf"{count} nodes; an element of type {element_type} has"):
+        elements(deck)
+
+
+def test_a_cohesive_element_with_pore_pressure_may_have_nodes_in_the_middle(tmp_path):
+    deck = tmp_path / "mesh.inp"
+    deck.write_text(f"*ELEMENT,TYPE=COH3D8P\n7,{','.join(numbers(1, 12))}\n")
+    assert elements(deck) == {"7": numbers(1, 12)}
