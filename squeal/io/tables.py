@@ -272,7 +272,7 @@ def _check_keyword(keyword: Sequence[str], file: Place, at: Place) -> None:
         if option.startswith("INPUT"):
             raise at.refuse(f"INPUT of {name} is not read; name the file below *INCLUDE")
         if name == "*NSET" and option.startswith("ELSET"):
-            raise at.refuse("ELSET of *NSET is not read; write out the nodes of the set")
+            file.warn("ELSET of *NSET is not read: such a set lacks the nodes of the elements")
         if name == "*NODE" and re.match(r"SYSTEM\s*=\s*[^R\s]", option):
             raise at.refuse(f"{option} of *NODE is not allowed; R, along x, y and z, is")
 

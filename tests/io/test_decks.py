@@ -61,6 +61,14 @@ def test_a_keyword_that_takes_rows_from_nodes_is_named(tmp_path, keyword):
     assert len(of_tip) == 3 * len(tip) - gone
 
 
+def test_a_set_of_the_nodes_of_elements_is_warned_of(tmp_path):
+    """A deck may hold such a set and not use it."""
+    deck = "*NODE\n1, 0, 0, 0\n*NSET, NSET=A, ELSET=E\n*NSET, NSET=B\n1\n"
+    (tmp_path / "set.inp").write_text(deck)
+    with pytest.warns(InputWarning, match=r"ELSET of \*NSET is not read: such a set lacks"):
+        assert deck_sets(tmp_path / "set.inp", "NODE") == {"B": ["1"]}
+
+
 @needs_calculix
 def test_a_deck_without_such_a_keyword_is_read_without_a_word(tmp_path):
     cards, _ = bar()
@@ -76,7 +84,6 @@ def test_a_deck_without_such_a_keyword_is_read_without_a_word(tmp_path):
         ("*Cyclic symmetry model, N=12", "CYCLIC SYMMETRY MODEL is not allowed; the matrices of"),
         ("*CYCLICSYMMETRYMODEL,N=12", "the matrices of a sector are not those of the structure"),
         ("*NGEN", "write out each node and element"),
-        ("*NSET, NSET=A, ELSET=E", r"ELSET of \*NSET is not read; write out the nodes of the set"),
         ("*NSET NSET=A", r"\*NSET NSET=A is not allowed; a comma is needed before its options"),
         ("*Element TYPE=C3D4, ELSET=E", "a comma is needed before its options"),
         ("*ELGEN,ELSET=E", "write out each node and element"),
