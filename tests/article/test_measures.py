@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -112,5 +113,5 @@ def test_a_motion_without_acceleration_is_calm():
     steps = SimpleNamespace(series=series, h=np.ones(2), motion=np.arange(2))
     shares = np.array([0.0, 1.0])
     times = shares[:, None] * np.ones(2)
-    grid = SimpleNamespace(steps=steps, shares=shares, t=times, first_steps=np.arange(2))
+    grid: Any = SimpleNamespace(steps=steps, shares=shares, t=times, first_steps=np.arange(2))
     assert _calm(grid, np.array([0.5, 0.5])).tolist() == [0.0, 1.0]
