@@ -295,10 +295,9 @@ class SpectrumAtParameter:
         With damping two roots may meet on the real axis or above it, without damping on the line at
         positive frequencies; what lies below mirrors them. Conjugate roots may meet, too.
 
-        With F_kl = W_kl / (z_k - z_l) and F_kk = 0, perturbation theory of simple roots (Kato 1966,
-        II.2) has z_k''/2 = (F W)_kk. (F W - W F)_kl is the sum over all m of
-        W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)). 2 T_kl is this sum without m = k and m = l,
-        whose terms are F_kl (W_ll - W_kk).
+        With F_kl = W_kl / (z_k - z_l) and F_kk = 0, half of z_k'' is (F W)_kk, and
+        2 T_kl = (F W - W F)_kl + F_kl (W_kk - W_ll): derived in docs/searching.md, "Couplings
+        of roots".
         """
         z = self.z
         W = self.coupling

@@ -21,11 +21,10 @@ def finite_root_count(M: Matrix, C: Matrix | None, K: Matrix, guess: int) -> int
     column, whatever the values of the entries are. It is returned if it is the guess, such as the
     number of roots that a solver lists, as it saves exact arithmetic then.
 
-    Else the zeros at w = 0 of det(M + w C + w^2 K) are counted, those that the degree lacks to 2n.
-    Powers of w up to w^j of (M + w C + w^2 K) (x_0 + w x_1 + ...) = 0 are j + 1 equations
-    M x_i + C x_(i-1) + K x_(i-2) = 0. Of a zero of multiplicity m in one motion (a partial
-    multiplicity) they have min(m, j + 1) independent solutions, so that these are counted with
-    rising j until there are no more (Gohberg, Lancaster and Rodman, Matrix Polynomials, 1982).
+    Else the zeros at w = 1/z = 0 of det(M + w C + w^2 K) are counted, those that the degree lacks
+    to 2n: they are the independent solutions of the first powers of w of
+    (M + w C + w^2 K) (x_0 + w x_1 + ...) = 0, as soon as one more power adds none (derived in
+    docs/searching.md, "How many roots there are").
     Where every z is a root, the count exceeds 2n, and 0 is returned. Of more than `FEW_ROWS` rows
     two powers are counted, and the equations may have fewer roots than is returned.
     """
