@@ -300,6 +300,7 @@ def test_a_region_of_conjugates_is_refused(region):
 
 
 @pytest.mark.parametrize("stiffness", [3.0, 2.75, 5.5, 6.5])
+@pytest.mark.filterwarnings("ignore:damping.ratios. modes above .* are not damped")
 def test_modes_without_a_damping_ratio_are_not_proved_to_grow(tmp_path, stiffness):
     """Only the first of three modes has a ratio: the others are undamped, none of them grows."""
     K = f"[[{stiffness}, -1, 0], [-1, 2.5, -1], [0, -1, 4]]"
