@@ -25,6 +25,7 @@ def finite_root_count(M: Matrix, C: Matrix | None, K: Matrix, guess: int) -> int
     to 2n: they are the independent solutions of the first powers of w of
     (M + w C + w^2 K) (x_0 + w x_1 + ...) = 0, as soon as one more power adds none (derived in
     docs/searching.md, "How many roots there are").
+
     Where every z is a root, the count exceeds 2n, and 0 is returned. Of more than `FEW_ROWS` rows
     two powers are counted, and the equations may have fewer roots than is returned.
     """
