@@ -38,7 +38,7 @@ from squeal.sparse.axis_crossing import (
     is_same_crossing,
 )
 from squeal.sparse.crossing_search import SHORTEST_STEP, CrossingSearch
-from squeal.sparse.dispersive import NEAR_INTERVALS, DispersiveReduction, frequencies
+from squeal.sparse.dispersive import NEAR_INTERVALS, DispersiveReduction, around, frequencies
 from squeal.sparse.quadratic import ScaledSystem, multiply
 from squeal.sparse.reduced_basis import COARSE_ERROR, ReducedBasis
 from squeal.sparse.reduction import Reduction
@@ -64,15 +64,10 @@ def _frozen_parts(reduction: Reduction) -> Iterator[_FrozenPart]:
     region = reduction.region
     grid = frequencies(reduction.system, region)
     spacing = float(np.diff(grid).max())
-    # roots start within NEAR_INTERVALS of a frozen frequency, and move by half an interval more
-    reach = (NEAR_INTERVALS + 0.5) * spacing
     for omega in grid.tolist():
-        around = replace(
-            region,
-            low_imag=max(region.low_imag, omega - reach),
-            high_imag=min(region.high_imag, omega + reach),
-        )
-        yield _FrozenPart(reduction.frozen(omega, around), omega, spacing)
+        # roots start within NEAR_INTERVALS of a frozen frequency, and move by half an interval more
+        near = around(omega, region, reduction.system, NEAR_INTERVALS + 0.5)
+        yield _FrozenPart(reduction.frozen(omega, near), omega, spacing)
 
 
 def _may_lie_in(region: Rectangle, omega: float) -> bool:

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +25,7 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import applied, inertia
-from squeal.linear.moduli import Modulus
+from squeal.linear.moduli import FREQUENCY, Modulus
 from squeal.linear.system import System
 from squeal.numerics.differentiation import Parameters
 from squeal.sparse.argument_principle import Rectangle
@@ -36,17 +36,20 @@ from squeal.sparse.corrections import (
     Residuals,
     residuals_of,
 )
+from squeal.sparse.dense import roots_at
 from squeal.sparse.factor import factorise_at
+from squeal.sparse.krylov import exact_roots_in
 from squeal.sparse.quadratic import Array, ComplexArray, Roots, eigenvalues_of, report_progress
-from squeal.sparse.reduction import Reduction
+from squeal.sparse.reduction import ReducedProblem, Reduction
 
 # Where matrices are frozen, and when a root is found
 FROZEN_FREQUENCIES = 7  # frequencies of a band, its ends among them
 MOST_FREQUENCIES = 60  # frequencies at all: where roots merge others join
 NEAR_INTERVALS = 1.5  # intervals from a frozen frequency within which its roots start
 NEWTON_STEPS = 30  # of Newton's method
-CONVERGED_STEP = 1e-10  # last steps of z and omega, relative to the root; its error is the square
+CONVERGED_STEP = 1e-8  # last steps of z and omega, relative to the root; its error is the square
 SAME_SHARE = 1e-7  # relative: nearer roots are one
+KRYLOV_ROWS = 150  # of reduced systems whose roots near a frequency are computed without the others
 
 
 @dataclass
@@ -87,6 +90,17 @@ def frequencies(system: System, region: Rectangle) -> Array:
     return np.clip(np.linspace(low, high, FROZEN_FREQUENCIES), math.tau * least, math.tau * most)
 
 
+def around(omega: float, region: Rectangle, system: System, intervals: float) -> Rectangle:
+    """The part of a region around a frequency (rad/s), some intervals of the frozen frequencies
+    to either side."""
+    reach = intervals * float(np.diff(frequencies(system, region)).max())
+    return replace(
+        region,
+        low_imag=max(region.low_imag, omega - reach),
+        high_imag=min(region.high_imag, omega + reach),
+    )
+
+
 def _tables(system: System) -> list[str]:
     """Names of the files of moduli over frequency, sorted."""
     names = set()
@@ -99,8 +113,8 @@ def _tables(system: System) -> list[str]:
 class DispersiveReduction(Reduction):
     """A reduction of matrices that depend on the frequency of each root.
 
-    If `changes` name a frequency the matrices are frozen at that frequency, for all roots;
-    otherwise each root is one of the matrices at its own frequency.
+    If `changes` name a frequency the matrices are frozen at that frequency, and roots are those
+    near it; otherwise each root is one of the matrices at its own frequency.
     """
 
     def frozen(self, omega: float, region: Rectangle) -> DispersiveReduction:
@@ -115,11 +129,30 @@ class DispersiveReduction(Reduction):
         return changes.keys() >= set(self.system.follows)
 
     def roots(self, changes: Parameters, values: ComplexArray | None = None) -> Roots:
-        """The roots in the region, each at its own frequency."""
+        """The roots in the region, each at its own frequency, or near the one that is named."""
         if self._is_frozen(changes):
             return super().roots(changes, values)
         assert values is None
         return vectors_of(self, changes, roots_at_own_frequencies(self, changes))
+
+    def _values_in_region(self, problem: ReducedProblem) -> ComplexArray:
+        """The roots in the region near the frequency at which the matrices are frozen."""
+        near = self.region
+        for name in self.system.follows:  # all of these names hold the same frequency
+            omega = problem.parameters[name] / FREQUENCY[name]
+            near = around(omega, self.region, self.system, NEAR_INTERVALS)
+        key = frozenset(problem.parameters.items()), near
+        if key not in self._values_at:
+            M, C, K = problem.matrices
+            values = None
+            # roots of undamped systems lie exactly on the axis if all are computed
+            if self.size >= KRYLOV_ROWS and (C is not None or np.iscomplexobj(K)):
+                values = exact_roots_in(M, C, K, near)
+            if values is None:
+                values = super()._values_in_region(problem)
+                values = values[near.contains(values)]
+            self._values_at[key] = values
+        return self._values_at[key]
 
     def residuals(self, roots: Roots, changes: Parameters) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
@@ -146,17 +179,16 @@ def roots_at_own_frequencies(
     """
     system = reduction.system
     grid = frequencies(system, reduction.region)
-    reach = NEAR_INTERVALS * np.diff(grid).max()
     pending = grid.tolist()  # frequencies at which matrices are still to be frozen
     tried: list[float] = []
     reached: list[RepeatedRoot] = []
     while pending and len(tried) < MOST_FREQUENCIES:
         omega = pending.pop(0)
         tried.append(omega)
-        starts = reduction.values({**changes, **system.frequency(omega)})
+        starts = reduction.modes({**changes, **system.frequency(omega)}).roots
         ends = []
-        for start in starts[np.abs(starts.imag - omega) <= reach].tolist():
-            end = _newton(reduction, changes, start, omega, grid)
+        for k in range(len(starts.values)):
+            end = _newton(reduction, changes, starts.select(np.array([k])), omega, grid)
             if end is not None:
                 ends.append(end)
         for z in ends:
@@ -192,9 +224,9 @@ def vectors_of(
 
 
 def _newton(
-    reduction: DispersiveReduction, changes: Parameters, start: complex, frozen: float, grid: Array
+    reduction: DispersiveReduction, changes: Parameters, start: Roots, frozen: float, grid: Array
 ) -> complex | None:
-    """The root at its own frequency next to `start`, a root of the system frozen at `frozen`.
+    """The root at its own frequency next to `start`, one root of the system frozen at `frozen`.
 
     None if Newton's method does not converge, if y^H P' x vanishes, or if the method converges to a
     root whose frequency lies beyond the ends of the `grid` (frequencies in rad/s).
@@ -205,14 +237,14 @@ def _newton(
     omega is kept within the ends of the `grid`.
     """
     system = reduction.system
-    z = start
+    root = start
+    z = root.values.item()
     omega = frozen
+    at_omega = {**changes, **system.frequency(omega)}
+    matrices = system.at(at_omega)
     for _ in range(NEWTON_STEPS):
-        at_omega = {**changes, **system.frequency(omega)}
-        root = reduction.roots(at_omega, np.array([z]))  # for its vectors; z stays as it is
         x = root.right[:, 0]
         y = root.left[:, 0].conj()
-        matrices = system.at(at_omega)
         residual = y @ applied(matrices, z, x)
         by_root = y @ inertia(matrices, z, x)
         by_omega = 0j
@@ -234,6 +266,9 @@ def _newton(
         # omega does not shrink where omega is kept at an end of the grid
         if max(abs(step), abs(omega_step)) <= CONVERGED_STEP * abs(z):
             return z
+        at_omega = {**changes, **system.frequency(omega)}
+        matrices = system.at(at_omega)
+        root = roots_at(*matrices, np.array([z]))  # for its vectors; z stays as it is
     return None
 
 
@@ -277,9 +312,11 @@ def modes_at_own_frequencies(
         is_unsolved = errors > EXACT_RESIDUAL
         reduction.extend(residuals.corrections(factor, is_unsolved, is_unsolved))
         for root in repeated:
-            start = root.value
+            omega = root.value.imag
+            at_root = {**changes, **system.frequency(omega)}
+            start = reduction.roots(at_root, np.array([root.value]))
             # Newton's method in the enlarged basis; where it fails the root stays as it was
-            root.value = _newton(reduction, changes, start, start.imag, grid) or start
+            root.value = _newton(reduction, changes, start, omega, grid) or root.value
     eigenvalues: list[Eigenvalue] = []
     for problem, single_root in zip(problems, single_roots, strict=True):
         eigenvalues += eigenvalues_of(problem, single_root)

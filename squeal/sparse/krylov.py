@@ -11,7 +11,10 @@ eigenvalues of the largest size converge first, and whose residuals cost no furt
 The theta that have converged form a disc: up to the nearest one that has not converged, the
 `reach`, all roots are known. A root may be missing all the same if the start has no part of its
 vector, and of a root whose multiplicity exceeds the block a few copies only are found. So callers
-count the roots and search again from other random vectors (`region_roots`).
+of `rough_roots_near` count the roots and search again from other random vectors (`region_roots`).
+
+The same subspace gives a part of the roots of a small dense problem to rounding, at a fraction of
+the price of all (`exact_roots_in`).
 """
 
 import math
@@ -21,12 +24,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.linear.matrices import Matrix
+from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.factor import Factor, factorise_at
-from squeal.sparse.quadratic import Array, ComplexArray, ScaledProblem, report_progress
+from squeal.sparse.quadratic import Array, Bools, ComplexArray, ScaledProblem, report_progress
 
 MOST_COLUMNS = 180  # of a subspace; roots that it does not reach are left to other shifts
 BLOCK_SIZE = 3  # vectors of a step: roots of that multiplicity converge at once
 RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
+EXACT_RITZ_RESIDUAL = 1e-13  # of one that has converged to rounding
+SAME_ROOT = 1e-6  # of the radius around a shift: Ritz values that are nearer may be one root
 FARTHEST = 100.0  # of the radius around a shift: Ritz values beyond are left out
 
 
@@ -47,6 +54,23 @@ class RitzPairs(NamedTuple):
     values: ComplexArray  # (m,)
     coordinates: NDArray  # (m, m) of the vectors, in the first m columns of the basis
     residuals: Array  # (m,), lengths of operator vector - value vector
+
+    @property
+    def sizes(self) -> Array:
+        """|theta| (m,), at least the smallest double above zero."""
+        return np.maximum(np.abs(self.values), np.finfo(float).tiny)
+
+    def are_converged(self, residual: float) -> Bools:
+        """True for each value whose residual, relative to its size, is at most `residual`."""
+        return self.residuals <= residual * self.sizes
+
+    def reach(self, is_converged: Bools, radius: float) -> float:
+        """The distance from the shift, in the unit of `radius`, up to which all roots are known.
+
+        radius / |theta| is the distance of a root: that of the nearest one that has not converged.
+        Infinite if all have.
+        """
+        return float(np.min(radius / self.sizes[~is_converged], initial=np.inf))
 
 
 class BlockArnoldi:
@@ -161,20 +185,12 @@ def rough_roots_near(
     slope = (radius * problem.slope(used_shift)).astype(dtype)
     mass = (radius**2 * problem.M).astype(dtype)
 
-    def companion(states: NDArray) -> NDArray:
-        """The companion form times states [theta x; x] (2n, m), which gives theta states."""
-        upper = states[:n]
-        return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
-
-    start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK_SIZE)).astype(dtype)
-    most = min(MOST_COLUMNS, 2 * n)  # columns; the storage has room for one block beyond
-    krylov = BlockArnoldi(companion, start, most + BLOCK_SIZE)
+    most = min(MOST_COLUMNS, 2 * n)
+    krylov = _companion_subspace(factor.solve, slope, mass, most, seed)
     for ritz in krylov.growing(most):
-        sizes = np.maximum(np.abs(ritz.values), np.finfo(float).tiny)
-        is_converged = ritz.residuals <= RITZ_RESIDUAL * sizes
-        # radius / |theta| is the distance of a root from the shift: up to the nearest one that has
-        # not converged all roots are known
-        reach = float(np.min(radius / sizes[~is_converged], initial=np.inf))
+        sizes = ritz.sizes
+        is_converged = ritz.are_converged(RITZ_RESIDUAL)
+        reach = ritz.reach(is_converged, radius)
         nearest = np.flatnonzero(is_converged)[np.argsort(-sizes[is_converged])]
         all_theta: ComplexArray = ritz.values.astype(complex)
         theta = all_theta[nearest]
@@ -188,6 +204,71 @@ def rough_roots_near(
     vectors /= np.linalg.norm(vectors, axis=0)
     unconverged = used_shift + radius / all_theta[~is_converged & (sizes > 1.0 / FARTHEST)]
     return RoughRoots(values, vectors, unconverged, reach, used_shift, factor)
+
+
+def exact_roots_in(
+    M: Matrix, C: Matrix | None, K: Matrix, region: Rectangle
+) -> ComplexArray | None:
+    """The roots (m,) of a dense problem in a region, to rounding, by block Arnoldi from one shift.
+
+    None if a subspace of a quarter of the companion form's dimension does not reach all of the
+    region: then it holds so many roots that all are computed at the same price. None, too, if a
+    root repeats so often that the block may lack copies of it.
+
+    Parameters
+    ----------
+    M, C, K : ndarray (n, n)
+        Not scaled by units; C may be None.
+    region : Rectangle
+        Its sides are in rad/s.
+    """
+    from scipy.linalg import lu_factor, lu_solve
+
+    n = len(M)
+    shift = region.off_centre
+    radius = region.radius + abs(shift - region.centre)  # the whole region lies within
+    P = shift * shift * M + K
+    slope = 2 * shift * M
+    if C is not None:
+        P = P + shift * C
+        slope = slope + C
+    factor = lu_factor(P, check_finite=False)
+    most = n // 2
+    krylov = _companion_subspace(
+        lambda b: lu_solve(factor, b, check_finite=False), radius * slope, radius**2 * M, most
+    )
+    for ritz in krylov.growing(most):
+        is_converged = ritz.are_converged(EXACT_RITZ_RESIDUAL)
+        if ritz.reach(is_converged, radius) > radius:
+            break
+    else:
+        return None
+    values = shift + radius / ritz.values[is_converged]
+    inside = values[region.contains(values)]
+    distances = np.abs(inside[:, None] - inside)
+    copies = np.sum(distances <= SAME_ROOT * radius, axis=1)
+    if np.max(copies, initial=0) >= BLOCK_SIZE:
+        return None
+    return inside
+
+
+def _companion_subspace(
+    solve: Callable[[NDArray], NDArray], slope: NDArray, mass: NDArray, most: int, seed: int = 0
+) -> BlockArnoldi:
+    """The Krylov subspace of the companion form in the head of this module, from random vectors.
+
+    `solve` applies P(shift)^-1 to columns; slope = radius P'(shift) and mass = radius^2 M are
+    (n, n), of the precision in which all is computed. It has room for `most` columns and a block.
+    """
+    n = slope.shape[0]
+
+    def companion(states: NDArray) -> NDArray:
+        """The companion form times states [theta x; x] (2n, m), which gives theta states."""
+        upper = states[:n]
+        return np.vstack([solve(-(slope @ upper + mass @ states[n:])), upper])
+
+    start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK_SIZE)).astype(slope.dtype)
+    return BlockArnoldi(companion, start, most + BLOCK_SIZE)
 
 
 def orthogonalise(

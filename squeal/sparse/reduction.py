@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.matrices import Matrix, norm_of
+from squeal.linear.matrices import MCK, Matrix, norm_of
 from squeal.linear.system import System
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Parameters
@@ -116,6 +116,14 @@ class EstimatedModes(NamedTuple):
     spurious: int  # roots of the reduced system alone, which are left out
 
 
+class ReducedProblem(NamedTuple):
+    """The reduced matrices at some values of the parameters."""
+
+    parameters: Parameters  # all
+    matrices: MCK
+    stiffness: float  # a bound of the norm of the full K, whose rounding the reduced K carries
+
+
 class _FactorisedSample(NamedTuple):
     """P, factorised at a value near its roots (rad/s), at changed parameters."""
 
@@ -153,9 +161,12 @@ class Reduction:
         self._probed = [A.T @ self._probes for A in self._matrices]
         self._sketch: Array = np.zeros((len(self._matrices), SKETCH, 0))
         self._outside = self._sketch  # of the images of the basis, their parts outside of it
-        # all roots of the reduced system by its parameters. Copies of a reduction share them: a
-        # search at frozen frequencies asks for the same ones as the search of the basis
-        self._values_at: dict[frozenset[tuple[str, float]], ComplexArray] = {}
+        # roots of the reduced system by its parameters: all, or those of a part of the region.
+        # Copies of a reduction share them: a search at frozen frequencies asks for the same ones as
+        # the search of the basis
+        self._values_at: dict[
+            tuple[frozenset[tuple[str, float]], Rectangle | None], ComplexArray
+        ] = {}
 
     def extend(self, columns: ComplexArray, dropped: float = RESIDUAL_TOLERANCE / 10) -> None:
         """Enlarge the basis by the real and imaginary parts of columns (n, m), and project the
@@ -310,16 +321,22 @@ class Reduction:
 
         All in the region, spurious ones among them, or the roots of some `values` (m,).
         """
-        M, C, K = self.system.at(changes)
-        stiffness = self._stiffness_norm(changes)
+        problem = ReducedProblem(
+            parameters=self.system.values(changes),
+            matrices=self.system.at(changes),
+            stiffness=self._stiffness_norm(changes),
+        )
         if values is None:
-            parameters = frozenset(self.system.values(changes).items())
-            computed = self._values_at.get(parameters)
-            if computed is None:
-                computed = dense_values(M, C, K, stiffness)
-                self._values_at[parameters] = computed
-            values = computed[self.region.contains(computed)]
-        return roots_at(M, C, K, values, stiffness)
+            values = self._values_in_region(problem)
+        return roots_at(*problem.matrices, values, problem.stiffness)
+
+    def _values_in_region(self, problem: ReducedProblem) -> ComplexArray:
+        """The roots of the reduced problem in the region, of all that it has."""
+        key = frozenset(problem.parameters.items()), None
+        if key not in self._values_at:
+            self._values_at[key] = dense_values(*problem.matrices, problem.stiffness)
+        values = self._values_at[key]
+        return values[self.region.contains(values)]
 
     def residuals(self, roots: Roots, changes: Parameters) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated.
