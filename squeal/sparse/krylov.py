@@ -33,6 +33,7 @@ MOST_COLUMNS = 180  # of a subspace; roots that it does not reach are left to ot
 BLOCK_SIZE = 3  # vectors of a step: roots of that multiplicity converge at once
 RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
 EXACT_RITZ_RESIDUAL = 1e-13  # of one that has converged to rounding
+FEWEST_EXACT_COLUMNS = 60  # of a subspace in which some have
 SAME_ROOT = 1e-6  # of the radius around a shift: Ritz values that are nearer may be one root
 FARTHEST = 100.0  # of the radius around a shift: Ritz values beyond are left out
 
@@ -107,13 +108,14 @@ class BlockArnoldi:
             self._storage = np.hstack([self._storage, np.zeros_like(self._storage)])
         self._storage[:, self.applied : self.size] = new
 
-    def growing(self, most: float = math.inf) -> Iterator[RitzPairs]:
+    def growing(self, most: float = math.inf, first: int = 0) -> Iterator[RitzPairs]:
         """Grow block by block, and yield the Ritz pairs from time to time.
 
-        They cost an eigenproblem, and are computed again when the subspace has grown by an eighth.
-        Ends when it has more than `most` columns, or is invariant.
+        They cost an eigenproblem. It is solved at `first` columns, two blocks at least, and again
+        when the subspace has grown by an eighth. Ends when it has more than `most` columns, or is
+        invariant.
         """
-        next_size = 2 * self.block  # columns at which Ritz pairs are computed again
+        next_size = max(first, 2 * self.block)  # columns at which Ritz pairs are computed
         can_grow = True
         while can_grow:
             self.grow()
@@ -237,7 +239,7 @@ def exact_roots_in(
     krylov = _companion_subspace(
         lambda b: lu_solve(factor, b, check_finite=False), radius * slope, radius**2 * M, most
     )
-    for ritz in krylov.growing(most):
+    for ritz in krylov.growing(most, FEWEST_EXACT_COLUMNS):
         is_converged = ritz.are_converged(EXACT_RITZ_RESIDUAL)
         if ritz.reach(is_converged, radius) > radius:
             break

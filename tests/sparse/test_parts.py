@@ -11,13 +11,14 @@ from scipy.sparse import csc_array, diags_array
 from squeal.linear.system import TermSystem
 from squeal.linear.terms import Term
 from squeal.numerics.differentiation import Formula
+from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.axis_crossing import AxisCrossing, is_same_crossing
 from squeal.sparse.corrections import enlarged, grown
 from squeal.sparse.crossing_search import _changes_sign
 from squeal.sparse.crossings import _in_range
 from squeal.sparse.factor import factorise
 from squeal.sparse.first_look import Structure
-from squeal.sparse.krylov import orthogonalise, rough_roots_near
+from squeal.sparse.krylov import exact_roots_in, orthogonalise, rough_roots_near
 from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, scaled_problem
 from squeal.sparse.reduced_basis import root_error_bounds
 from squeal.sparse.reduction import Complement
@@ -264,3 +265,34 @@ def test_crossings_at_the_ends_of_a_range():
     assert is_same_crossing(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
     pairs = np.array([[1 + 1j, -1 + 1j], [1 + 1j, 2.0], [1 + 1j, -1e-17 + 1j], [-1.0, 1.0]]).T
     assert _changes_sign(*pairs).tolist() == [True, False, False, True]
+
+
+def test_the_roots_of_a_part_of_a_dense_problem_are_all_there_to_rounding(rng):
+    a = rng.uniform(0.0, 2.0, 200)
+    w = np.concatenate([rng.uniform(1.0, 20.0, 20), rng.uniform(30.0, 1000.0, 180)])
+    M, C, K = large.blocks(a, w, rng)
+    matrices = M.toarray(), C.toarray(), K.toarray()
+    for low, high in ((1.5, 4.0), (5.0, 12.0), (21.0, 24.0)):
+        region = Rectangle(-5.0, 5.0, low, high)
+        inside = np.sort_complex((-a + 1j * w)[region.contains(-a + 1j * w)])
+        found = exact_roots_in(*matrices, region)
+        assert found is not None
+        assert np.sort_complex(found) == pytest.approx(inside, rel=1e-11)
+
+
+@pytest.mark.parametrize("copies", [2, 4])
+def test_copies_of_a_dense_root_are_all_found_or_none_is_given(copies, rng):
+    w = np.concatenate([np.full(copies, 3.0), rng.uniform(20.0, 1000.0, 100)])
+    M, C, K = large.blocks(np.full(len(w), 0.1), w, rng)
+    found = exact_roots_in(M.toarray(), C.toarray(), K.toarray(), Rectangle(-1.0, 1.0, 1.0, 5.0))
+    if copies == 2:
+        assert found == pytest.approx(np.full(2, -0.1 + 3.0j), rel=1e-6)
+    else:
+        assert found is None
+
+
+def test_more_roots_than_a_subspace_holds_are_left_to_the_search_for_all(rng):
+    w = rng.uniform(1.0, 20.0, 60)
+    M, C, K = large.blocks(np.full(60, 0.1), w, rng)
+    region = Rectangle(-1.0, 1.0, 0.5, 21.0)
+    assert exact_roots_in(M.toarray(), C.toarray(), K.toarray(), region) is None
