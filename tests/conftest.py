@@ -51,6 +51,7 @@ def coarse_charts():
     """Charts of few points, where a report is made and its text is at stake."""
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("squeal.queries.sweep.DRAWN_OF_SYSTEMS", 13)
+        patched.setattr("squeal.queries.sweep.DRAWN_AT_OWN_FREQUENCIES", 7)
         patched.setattr("squeal.queries.sweep.DRAWN_OF_PADS", 13)
         yield
 

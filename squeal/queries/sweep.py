@@ -35,6 +35,9 @@ MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
 BASIS_VALUES = 25  # of a sweep at most, at which its reduced system is made
 DRAWN_OF_PADS = 201  # values of mu at which modes are drawn
 DRAWN_OF_SYSTEMS = 121  # values of the parameter in a figure of thresholds
+DRAWN_AT_OWN_FREQUENCIES = (
+    31  # of systems whose roots are each computed at a frequency of their own
+)
 
 
 @public
@@ -199,8 +202,10 @@ def eigenvalue_paths(answer: Thresholds, low: float, high: float) -> Sweep:
     assert source is not None
     from squeal.queries.systems.sweeps import track_modes
 
-    values = np.linspace(low, high, DRAWN_OF_SYSTEMS)
-    own_value = source.file.system.parameters[answer.parameter]
+    system = source.file.system
+    drawn = DRAWN_AT_OWN_FREQUENCIES if system.follows else DRAWN_OF_SYSTEMS
+    values = np.linspace(low, high, drawn)
+    own_value = system.parameters[answer.parameter]
     if low < own_value < high:
         values = np.union1d(values, own_value)
     steps, losses, reference = track_modes(

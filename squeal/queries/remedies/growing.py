@@ -148,7 +148,7 @@ class ChangedBrakes:
 
 
 def _reduced_system(source: SystemSource, good_at: Sequence[Values]) -> Reduction:
-    """A reduced system of the band and `WIDER` beyond its ends.
+    """A reduced system of the band and `WIDER` beyond its ends, as far as tables of moduli reach.
 
     good_at: changed parameters at which it has to be good, where the system has matrices there.
     """
@@ -158,7 +158,10 @@ def _reduced_system(source: SystemSource, good_at: Sequence[Values]) -> Reductio
     selection = source.selection
     if selection.band is not None:
         low, high = selection.band
-        selection = EigenvalueSelection(((1.0 - WIDER) * low, (1.0 + WIDER) * high))
+        least, most = system.covered  # by tables of moduli over the frequency
+        wider_low = max((1.0 - WIDER) * low, min(least, low))
+        wider_high = min((1.0 + WIDER) * high, max(most, high))
+        selection = EigenvalueSelection((wider_low, wider_high))
     existing = []
     for values in good_at:
         with suppress(InputError):  # a factor may divide by the parameter

@@ -8,6 +8,8 @@ import pytest
 from scipy.optimize import bisect
 
 import squeal
+from squeal import Term, TermSystem
+from squeal.linear.moduli import Modulus, Table
 from squeal.queries.remedies.meetings import Cure
 from squeal.reports.page import page
 from tests.queries.remedies.pairs import (
@@ -21,6 +23,7 @@ from tests.queries.remedies.pairs import (
     growth,
     roots_of,
     stiffness,
+    two_pairs,
 )
 
 pytestmark = pytest.mark.usefixtures("coarse_charts", "without_proof")
@@ -80,6 +83,19 @@ def test_a_remedy_of_a_large_system_is_that_of_its_part(trap):
     assert set(meeting.cures) == set(of_part.cures) == set(Cure)
     for cure, amount in meeting.cures.items():
         assert amount == pytest.approx(of_part.cures[cure], rel=0.06)
+
+
+@pytest.mark.usefixtures("counts_as_large")
+def test_a_band_may_be_all_that_a_table_of_moduli_covers(trap):
+    """A table of ones is no modulus at all; a mode that leaves the band cannot be followed."""
+    brake = two_pairs(0.4)
+    ones = Modulus(table=Table("ones.csv", (1000.0, 5000.0), (1.0, 1.0), (0.0, 0.0)))
+    constant, *others = brake.K
+    with_table = TermSystem(
+        brake.M, brake.C, (Term(constant.matrix, ones), *others), brake.parameters
+    )
+    report = squeal.report(with_table, high=1.0, band=(1000.0, 5000.0))
+    assert report.remedy.change.count == trap.remedy.change.count
 
 
 @pytest.mark.usefixtures("counts_as_large")
