@@ -21,7 +21,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (363_700, 175_000),
+    "tokens": (363_950, 175_000),
     "tokens a code line": (9.71, 9.5),
     "paired assignments per 1,000 code lines": (0.19, 3),
     "comprehensions per 1,000 code lines": (28.0, 15),

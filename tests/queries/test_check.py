@@ -145,6 +145,21 @@ def test_no_sound_part_is_blamed_for_its_units(part, material):
     in_mm = file_of(body, stiffness=1e-3, mass=1e-3, length=1e3)
     hints = squeal.check(in_mm, modes=1).hints
     assert all(hint.startswith("slow motions, ") for hint in hints)
+    for length, units in RARER.items():
+        hints = squeal.check(file_of(body, **units), modes=1).hints
+        assert all(hint.startswith("slow motions, ") or length in hint for hint in hints)
+
+
+SLINCH = 0.0254 / 4.448222  # 1 kg in lbf s2/in, and 1 N/m in lbf/in
+RARER = {
+    "in inches": {"length": 1 / 0.0254, "mass": SLINCH, "stiffness": SLINCH},
+    "in centimetres": {"length": 1e2, "mass": 1e-2, "stiffness": 1e-2},  # N s2/cm and N/cm
+}
+
+
+@pytest.mark.parametrize("units", RARER)
+def test_a_brake_of_steel_is_not_blamed_for_inches_or_centimetres(brake, units):
+    assert squeal.check(file_of(brake, **RARER[units])).hints == ()
 
 
 @pytest.mark.parametrize(
