@@ -416,7 +416,8 @@ def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, s
     matrix T of `_form`. Restricted to the constraints it has the eigenvalues sigma +- (singular
     value), so that n - k of them are negative if and only if no singular value is below sigma. The
     bordered matrix [[T, B], [B', 0]], B (2n, 2k) the constraints, has 2k negative ones more: n + k.
-    By Haynsworth they are those of T and those of its Schur complement -B' T^-1 B.
+    By Haynsworth they are those of T and those of its Schur complement -B' T^-1 B (`docs/proof.md`,
+    Above 400 rows, 2 and 3).
     """
     n, k = MX.shape
     form = _form(N, K, sigma)

@@ -231,9 +231,10 @@ def count_roots(
 def _winding_number(logarithms: ComplexArray) -> int | None:
     """How often exp(logarithms) turns around zero, from N logarithms at equal steps on a circle.
 
-    Their imaginary parts (phases) are known up to half turns. The phase is the harmonic conjugate
-    of the logarithm of the size (a function that is analytic inside, by the discrete Hilbert
-    transform) and a deviation, which grows by the angle of all turns along the circle.
+    Their imaginary parts (phases) are known up to half turns. A phase is the harmonic conjugate of
+    the logarithm of the size, as of a function that is analytic inside (by the discrete Hilbert
+    transform), and a deviation, which grows by the angle of all turns along the circle. This is
+    derived in `docs/searching.md`, How often a determinant turns.
 
     None if N is too small: the deviation must step by little from one node to the next (by less
     than pi / 4 with turns, pi / 8 without), and without turns the function must be analytic inside.
