@@ -409,7 +409,7 @@ class _Search:
         present = self.brake.present
         for _ in range(RETRIES):
             growing_at: list[float] = []  # values up to the present one at which something grows
-            for change in rounded_up(with_margin):
+            for change in rounded_up(with_margin):  # none if `with_margin` is None
                 answer = self._thresholds_with(change)
                 loss = loss_of(answer, self.brake.high)
                 if loss.limit() >= IN_HAND * present:
